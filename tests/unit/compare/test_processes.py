@@ -9,6 +9,7 @@ import pytest
 
 from pathgene.host.compare.runs import Task, run_in_processes, run_on_cluster
 from pathgene.host.errors import InputError, JobError
+from tests.support.host.pool import local_cluster
 
 
 def tasks_of(entrants, seeds):
@@ -53,35 +54,17 @@ def test_a_closed_comparison_leaves_no_process(problem, entrants):
     assert not new_children(before)
 
 
-@pytest.fixture
-def distributed():
-    return pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-
-
-def test_a_cluster_by_its_address(problem, entrants, distributed):
-    """Scheduler and worker are threads of this process, reached over TCP."""
+def test_a_cluster_by_its_address(problem, entrants):
     tasks = tasks_of(entrants, range(1))
-    with distributed.LocalCluster(
-        n_workers=1,
-        threads_per_worker=1,
-        processes=False,
-        protocol="tcp://",
-        scheduler_kwargs={"dashboard": False},
-    ) as cluster:
+    with local_cluster() as cluster:
         address = cluster.scheduler_address
         assert address.startswith("tcp://")
         there = found(run_on_cluster(problem, tasks, address, 1))
     assert there == found(run_in_processes(problem, tasks, 1))
 
 
-def test_reports_the_loss_of_the_scheduler(problem, entrants, distributed):
-    with distributed.LocalCluster(
-        n_workers=1,
-        threads_per_worker=1,
-        processes=False,
-        protocol="tcp://",
-        scheduler_kwargs={"dashboard": False},
-    ) as cluster:
+def test_reports_the_loss_of_the_scheduler(problem, entrants):
+    with local_cluster() as cluster:
         address = cluster.scheduler_address
         outcomes = run_on_cluster(problem, tasks_of(entrants, range(50)), address, 1)
         assert next(outcomes).failure is None
@@ -92,7 +75,8 @@ def test_reports_the_loss_of_the_scheduler(problem, entrants, distributed):
     )
 
 
-def test_reports_a_missing_scheduler(problem, entrants, distributed, monkeypatch):
+def test_reports_a_missing_scheduler(problem, entrants, monkeypatch):
+    pytest.importorskip("distributed")
     monkeypatch.setattr("pathgene.host.workers.cluster._CONNECT_TIMEOUT_S", 0.5)
     with pytest.raises(InputError) as caught:
         next(run_on_cluster(problem, tasks_of(entrants, range(1)), "tcp://127.0.0.1:9", 1))
@@ -111,7 +95,8 @@ def test_names_the_missing_extra(problem, entrants, monkeypatch):
 
 
 @pytest.mark.long
-def test_a_lost_worker_loses_no_run(problem, entrants, distributed):
+def test_a_lost_worker_loses_no_run(problem, entrants):
+    pytest.importorskip("distributed")
     tasks = tasks_of(entrants, range(10))
     before = multiprocessing.active_children()
     outcomes = run_on_cluster(problem, tasks, "local", 2)

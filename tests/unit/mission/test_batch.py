@@ -8,6 +8,7 @@ import pytest
 from pathgene.host.errors import InputError
 from pathgene.host.mission.batch import Job, execute, kept_summary, names_of, save
 from pathgene.host.mission.problem_file import read_problem
+from tests.support.host.pool import local_cluster
 
 
 @pytest.fixture(scope="module")
@@ -106,15 +107,8 @@ def test_processes_plan_the_same(job):
 
 @pytest.mark.ci
 def test_a_cluster_plans_the_same(job):
-    distributed = pytest.importorskip("distributed", reason="the extra `cluster`")
     jobs = [job("one"), job("two", goal="[3000, 1500, 100]")]
-    with distributed.LocalCluster(
-        n_workers=1,
-        threads_per_worker=1,
-        processes=False,
-        protocol="tcp://",
-        scheduler_kwargs={"dashboard": False},
-    ) as cluster:
+    with local_cluster() as cluster:
         there = found(execute(jobs, 1, cluster.scheduler_address))
     assert there == found(execute(jobs, 1, None))
 

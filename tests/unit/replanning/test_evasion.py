@@ -130,50 +130,15 @@ def test_circles_near_the_edge_keep_the_corridor_on_the_map(mission):
     assert way_on(air, Pose(3000.0, 2.0, 290.0, 0.0, 1.0, 0.0))[-1].run_m > 800
 
 
-def test_in_a_narrow_valley_the_circle_lies_above(mission):
-    """No level circle fits between the walls, but a climbing path rises above them."""
-    y, _ = np.mgrid[:151, :151]
-    walls = np.where(np.abs(y - 75) > 2, 160.0, 100.0)
-    valley = Terrain("valley", walls, dx_m=60.0, dy_m=60.0)
-    inside = Problem(
-        valley,
-        (1500.0, 4500.0, 150.0),
-        (6500.0, 4500.0, 150.0),
-        mission.aircraft,
-        rules=Rules(),
-    )
-    air = present(inside)
-    track = (Pose(1500.0, 4500.0, 150.0, 1.0, 0.0, 0.0).straight(4000.0),)
-    holding = holding_on(air, track, 200.0, 2500.0)
-    assert holding.is_safe(air)
-    assert holding.way
-    assert holding.circle[0].start[2] > 185
-
-
-def test_between_walls_too_high_there_is_none(mission):
-    y, _ = np.mgrid[:151, :151]
-    walls = np.where(np.abs(y - 75) > 2, 4000.0, 100.0)
-    canyon = Terrain("canyon", walls, dx_m=60.0, dy_m=60.0)
-    inside = Problem(
-        canyon,
-        (1500.0, 4500.0, 150.0),
-        (6500.0, 4500.0, 150.0),
-        mission.aircraft,
-        rules=Rules(),
-    )
-    track = (Pose(1500.0, 4500.0, 150.0, 1.0, 0.0, 0.0).straight(4000.0),)
-    assert holding_on(present(inside), track, 200.0, 1500.0) is None
-
-
 @pytest.fixture
 def gorge(mission):
-    """Function that returns a mission through a gorge between walls of a height, in metres."""
+    """Function that returns a mission through a gorge; height of its walls, half its width."""
 
-    def through(walls_m):
-        y, _ = np.mgrid[:301, :301]
-        heights = np.where(np.abs(y - 150) > 8, walls_m, 100.0)
+    def through(walls_m, half_m=240.0, cell_m=30.0):
+        rows = np.arange(round(9000 / cell_m) + 1) * cell_m
+        heights = np.where(np.abs(rows - 4500)[:, None] > half_m, walls_m, 100.0)
         return Problem(
-            Terrain("gorge", heights, dx_m=30.0, dy_m=30.0),
+            Terrain("gorge", np.tile(heights, len(rows)), dx_m=cell_m, dy_m=cell_m),
             (1500.0, 4500.0, 150.0),
             (6500.0, 4500.0, 150.0),
             mission.aircraft,
@@ -181,6 +146,21 @@ def gorge(mission):
         )
 
     return through
+
+
+def test_in_a_narrow_valley_the_circle_lies_above(gorge):
+    """No level circle fits between the walls, but a climbing path rises above them."""
+    air = present(gorge(160.0, 120.0, 60.0))
+    track = (Pose(1500.0, 4500.0, 150.0, 1.0, 0.0, 0.0).straight(4000.0),)
+    holding = holding_on(air, track, 200.0, 2500.0)
+    assert holding.is_safe(air)
+    assert holding.way
+    assert holding.circle[0].start[2] > 185
+
+
+def test_between_walls_too_high_there_is_none(gorge):
+    track = (Pose(1500.0, 4500.0, 150.0, 1.0, 0.0, 0.0).straight(4000.0),)
+    assert holding_on(present(gorge(4000.0, 120.0, 60.0)), track, 200.0, 1500.0) is None
 
 
 def test_a_way_out_never_leads_into_the_ground(gorge):

@@ -211,6 +211,10 @@ class Judge:
             perhaps &= np.any([may for _, may in found], axis=0)
         return surely, perhaps
 
+    def pauses(self, area, seconds):
+        """Return whether a zone is surely not active at a time in the first seconds."""
+        return not self.active(area, np.linspace(0.0, seconds, 1000))[1].all()
+
     def _doubts(self, times):
         """Return the seconds by which a zone is surely and perhaps active less or longer."""
         if not any(self.scene.wind):

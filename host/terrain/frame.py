@@ -22,8 +22,8 @@ Floats = NDArray[np.float64]
 
 # UTM ends at this latitude, degrees.
 _UTM_ENDS_DEG = 84.0
-# Width of a local frame over which its metres differ by 0.05 %.
-_WIDEST_KM = 400
+# Width of a local frame over which its metres differ by 0.1 %, and from their mean by 0.05 %.
+_WIDEST_KM = 560
 # Side of the cross by which UTM is measured, metres.
 _CROSS_M = 100.0
 
@@ -67,7 +67,7 @@ def framed(raster: Raster, max_cells: int | None) -> Framed:
     ------
     InputError
         If the system is neither geographic nor projected, the raster lies outside it, or the raster
-        is so large that metres differ by more than 0.05 % over any map of it.
+        is so large that metres of a local frame differ by more than 0.1 % over it.
     """
     crs = raster.crs
     assert crs is not None
@@ -138,7 +138,8 @@ def _warped(
         (side.f + 0.5 * side.e, side.f + (rows - 0.5) * side.e),
         (side.a, side.e),
     )
-    if not metric.is_metric:
+    scale = metric.middle if metric.is_metric else (metric.between,) * 2
+    if scale[0] is None or scale[1] is None:
         width_km, height_km = (1e-3 * count * side.a for count in (columns, rows))
         raise InputError(
             f"{raster.name}: is {width_km:.0f} x {height_km:.0f} km large, and over so large a map "
@@ -148,7 +149,7 @@ def _warped(
     if metric.is_north_up:
         remarks = (*remarks, *_turned(metric))
     return Framed(
-        replace(shown, crs=CRS.from_user_input(frame)), metric.middle, is_warped=True,
+        replace(shown, crs=CRS.from_user_input(frame)), (scale[0], scale[1]), is_warped=True,
         remarks=remarks,
     )  # fmt: skip
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pyproj import Geod
 
-from pathgene.host.terrain.geodesy import WGS84, LocalFrame, place_points, unit_m
+from pathgene.host.terrain.geodesy import WGS84, LocalFrame, place_points
 
 
 __all__ = ["MOST_CONVERGENCE_DEG", "Metric", "measure", "measure_frame"]
@@ -20,9 +20,8 @@ _MOST_SPREAD = 0.0005
 #: Maximum difference between grid north and true north at the middle of a map; otherwise its raster
 #: is warped.
 MOST_CONVERGENCE_DEG = 10.0
-# Side of the cross that is measured, in cells, and at most in metres: over a longer one, geodesics
-# turn against the axes.
-_CELLS, _CROSS_M = 4.0, 1_000.0
+# Side of the cross that is measured, in cells.
+_CELLS = 4.0
 _GEODESICS = Geod(ellps="WGS84")
 
 
@@ -62,8 +61,22 @@ class Metric:
     @property
     def is_metric(self) -> bool:
         """True if a single scale is valid over the map and for both axes, at right angles."""
-        skew = float(np.abs(np.radians(self.skew_deg)).max())
-        return self.spread <= _MOST_SPREAD and skew <= _MOST_SPREAD
+        return self.spread <= _MOST_SPREAD and self._is_right_angled
+
+    @property
+    def between(self) -> float | None:
+        """Metres for a unit halfway between the shortest and the longest.
+
+        None if a length differs from it by more than 0.05 %, or the axes are not at right angles.
+        """
+        lengths = np.concatenate((self.east_m, self.north_m))
+        found = 0.5 * float(lengths.min() + lengths.max())
+        is_near = self.spread <= 2 * _MOST_SPREAD
+        return found if is_near and self._is_right_angled else None
+
+    @property
+    def _is_right_angled(self) -> bool:
+        return float(np.abs(np.radians(self.skew_deg)).max()) <= _MOST_SPREAD
 
     @property
     def is_north_up(self) -> bool:
@@ -97,9 +110,7 @@ def measure(
     """
     along_x, along_y = (np.linspace(min(ends), max(ends), 3) for ends in (x, y))
     east, north = (axis.ravel() for axis in np.meshgrid(along_x, along_y))
-    longest = _CROSS_M / unit_m(crs)
-    step = tuple(min(_CELLS * abs(side), longest) for side in cell)
-    return measure_at(crs, east, north, (step[0], step[1]))
+    return measure_at(crs, east, north, (_CELLS * abs(cell[0]), _CELLS * abs(cell[1])))
 
 
 def measure_at(crs: str, x: Floats, y: Floats, step: tuple[float, float]) -> Metric:

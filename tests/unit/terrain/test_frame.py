@@ -35,7 +35,7 @@ LARGE = [
 
 
 @pytest.mark.parametrize(("crs", "x", "y"), LARGE)
-@pytest.mark.parametrize("size_m", [20_000.0, 200_000.0, 380_000.0])
+@pytest.mark.parametrize("size_m", [20_000.0, 200_000.0, 380_000.0, 540_000.0])
 def test_cells_have_their_true_size_over_large_maps(write_tif, crs, x, y, size_m):
     terrain = load(square(write_tif, size_m, crs, x, y))
     columns, rows = (np.arange(1, count - 1) for count in terrain.shape[::-1])
@@ -46,16 +46,32 @@ def test_cells_have_their_true_size_over_large_maps(write_tif, crs, x, y, size_m
     ]
     for other, side in ((nodes[1], terrain.dx_m), (nodes[2], terrain.dy_m)):
         lengths = apart_m(nodes[0], other)
-        assert np.abs(lengths / side - 1).max() < 6e-4
+        assert np.abs(lengths / side - 1).max() < 5.2e-4
+
+
+def test_axes_that_are_not_at_right_angles(write_tif):
+    """North-east of the centre of this projection both axes have one length, and an angle."""
+    terrain = load(square(write_tif, 20_000, "EPSG:3035", 4_621_000, 3_510_000))
+    (text,) = (each.text for each in terrain.reading.remarks)
+    assert "to a local frame, because its axes are not at right angles; a metre of it is " in text
+    ends = [
+        (0, 0),
+        (terrain.width_m, terrain.height_m),
+        (terrain.width_m, 0),
+        (0, terrain.height_m),
+    ]
+    lat, lon = places(terrain, ends)
+    diagonals = [apart_m((lat[i], lon[i]), (lat[i + 1], lon[i + 1])) for i in (0, 2)]
+    assert diagonals[0] == pytest.approx(diagonals[1], rel=1e-5)
 
 
 @pytest.mark.parametrize(("crs", "x", "y"), LARGE[:2])
-@pytest.mark.parametrize("size_m", [500_000.0, 900_000.0])
+@pytest.mark.parametrize("size_m", [600_000.0, 900_000.0])
 def test_larger_maps_are_refused(write_tif, crs, x, y, size_m):
     file = square(write_tif, size_m, crs, x, y)
     message = refusal(lambda: load(file))
     assert message.startswith("made: is ")
-    assert message.endswith("; cut out the part you need, at most about 400 km from west to east.")
+    assert message.endswith("; cut out the part you need, at most about 560 km from west to east.")
 
 
 def test_a_long_map_from_south_to_north(write_tif):

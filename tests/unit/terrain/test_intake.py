@@ -294,7 +294,7 @@ def test_any_zeros(tmp_path, seed):
         file = tile(tmp_path / "zeros.tif", heights, side_m)
         shore = binary_dilation(zeros) & ~zeros
         lowest = numbers_of(file)[shore].min()
-        # The true side differs from that of the file by up to 0.04 %.
+        # The true side differs from the side in the file by up to 0.04 %.
         if abs(lowest - 1.5 * side_m) < 0.2:
             continue
         found = [text for text in load(file).reading.warnings if "looks like voids" in text]

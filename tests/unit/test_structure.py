@@ -4,6 +4,7 @@ The contracts of the imports are in ``pyproject.toml``, under ``tool.importlinte
 """
 
 import ast
+import gc
 import os
 import subprocess
 import sys
@@ -63,7 +64,16 @@ def sources() -> dict[str, str]:
 
 @cache
 def trees() -> dict[str, ast.Module]:
-    return {path: ast.parse(text, path) for path, text in sources().items()}
+    gc.disable()  # Collecting garbage would visit millions of nodes, and find none.
+    parsed = {path: ast.parse(text, path) for path, text in sources().items()}
+    gc.enable()
+    return parsed
+
+
+@pytest.fixture(scope="module", autouse=True)
+def released() -> Iterator[None]:
+    yield
+    trees.cache_clear()
 
 
 def identifiers(tree: ast.AST) -> Iterator[str]:
@@ -142,10 +152,7 @@ def test_imports_keep_the_contracts():
 FORBIDDEN = {
     "Shipped packages import no tests": ("host/cli/terrain.py", "import tools.runner"),
     "Developer tools import no": ("tools/lint.py", "import bench.report"),
-    "imports neither host nor simulation": (
-        "hdl/verilog.py",
-        "from pathgene.host.errors import InputError",
-    ),
+    "imports neither host nor simulation": ("hdl/verilog.py", "import pathgene.host.errors"),
     "are pure Python": ("hdl/protocol/codec.py", "import amaranth"),
     "The gateware's layers": ("hdl/primitives/logic.py", "import pathgene.hdl.link.uart"),
     "only configuration and protocol": ("host/cli/plan.py", "import pathgene.hdl.verilog"),
@@ -157,10 +164,7 @@ FORBIDDEN = {
     "never by name": ("host/cli/board.py", "import pathgene.sim.cache"),
     "imports the public API": ("sim/cache.py", "from pathgene import Problem"),
     "re-exports the host": ("pathgene/__init__.py", "import pathgene.sim.cache"),
-    "imports the gateware alone": (
-        "sim/model/core.py",
-        "from pathgene.host.errors import InputError",
-    ),
+    "imports the gateware alone": ("sim/model/core.py", "import pathgene.host.errors"),
     "The simulation's layers": ("sim/cache.py", "import pathgene.sim.compiler"),
     "Errors are a leaf": ("host/errors.py", "import pathgene.hdl.config"),
     "imports in a circle": ("host/report/style.py", "import pathgene.host.report.write"),
@@ -410,15 +414,12 @@ def asked_classes(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield line and name of each class with which code compares an object's class."""
     for node in ast.walk(tree):
         match node:
-            case ast.Call(func=ast.Name(id="isinstance" | "issubclass"), args=[_, asked]):
-                pass
-            case ast.Compare(left=ast.Call(func=ast.Name(id="type")), comparators=[asked]):
-                pass
-            case ast.MatchClass(cls=asked):
-                pass
-            case _:
-                continue
-        yield from ((asked.lineno, name) for name in identifiers(asked))
+            case (
+                ast.Call(func=ast.Name(id="isinstance" | "issubclass"), args=[_, asked])
+                | ast.Compare(left=ast.Call(func=ast.Name(id="type")), comparators=[asked])
+                | ast.MatchClass(cls=asked)
+            ):
+                yield from ((asked.lineno, name) for name in identifiers(asked))
 
 
 def test_zones_answer_for_themselves():

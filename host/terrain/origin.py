@@ -13,6 +13,9 @@ from pathgene.host.terrain.water import under_water
 
 __all__ = ["at_origin"]
 
+# Width east of the origin over which metres differ by 0.05 %.
+_WIDEST_KM = 200
+
 
 def at_origin(terrain: Terrain, lat: float, lon: float) -> Terrain:
     """Return the terrain with its south-west node at a point in degrees and its y axis northward.
@@ -27,7 +30,8 @@ def at_origin(terrain: Terrain, lat: float, lon: float) -> Terrain:
     Raises
     ------
     InputError
-        If a value is out of range, or the terrain already has a place on Earth.
+        If a value is out of range, the terrain already has a place on Earth, or it is so large that
+        its metres are not true metres there.
     """
     for name, value, most in (("latitude", lat, 90), ("longitude", lon, 180)):
         if not (math.isfinite(value) and abs(value) <= most):
@@ -45,6 +49,14 @@ def at_origin(terrain: Terrain, lat: float, lon: float) -> Terrain:
     from pathgene.host.terrain.geodesy import local_crs
 
     placed = terrain.having(crs=local_crs(float(lat), float(lon)), origin=(0.0, 0.0))
+    assert placed.metric is not None
+    if not placed.metric.is_metric:
+        raise InputError(
+            f"The terrain {terrain.name!r} is {1e-3 * terrain.width_m:.0f} x "
+            f"{1e-3 * terrain.height_m:.0f} km large, and its metres differ from true metres by "
+            f"{placed.metric.spread:.2%} east of its origin; cut out the part you need, at most "
+            f"{_WIDEST_KM:g} km from west to east."
+        )
     level = terrain.loading.get("water_level")
     if level is None and terrain.reading.facts.get("is_own"):
         level = NO_WATER

@@ -46,3 +46,18 @@ def test_refuses_a_terrain_that_has_a_place():
         "The terrain 'plain' states its place on Earth; leave the origin out (--origin, or "
         "origin under [terrain] in a problem file)."
     )
+
+
+@pytest.mark.parametrize(("nodes", "is_read"), [(91, True), (121, False)])
+def test_refuses_a_terrain_that_is_too_wide(nodes, is_read):
+    """East of the origin the metres of its frame grow longer."""
+    wide = Terrain("wide", np.zeros((20, nodes)), 2_000.0, 2_000.0)
+    if is_read:
+        assert at_origin(wide, 46.1, 7.6).metric.is_metric
+        return
+    with pytest.raises(InputError) as refusal:
+        at_origin(wide, 46.1, 7.6)
+    assert str(refusal.value) == (
+        "The terrain 'wide' is 240 x 38 km large, and its metres differ from true metres by 0.07% "
+        "east of its origin; cut out the part you need, at most 200 km from west to east."
+    )

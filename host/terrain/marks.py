@@ -33,6 +33,8 @@ _FEW_CELLS = 3
 _MOST_MARKS = 8
 # Numbers from here on are not a height in any unit.
 _NO_HEIGHT = 1e5
+# The numbers that --void none accepts.
+_RANGE = f"All numbers from {LOWEST_FLOOR_M:,g} to {HIGHEST_M:,g} m"
 # Decimals that single precision cannot represent.
 _DIGITS = 6
 
@@ -150,7 +152,9 @@ def named(reading: Reading, numbers: NDArray[Any], stated: Stated) -> tuple[Read
     if stated.void is None:
         return reading, None
     if stated.accepts_all:
-        return Reading({**reading.facts, "named_void": EVERY_HEIGHT}, reading.remarks), None
+        facts = {**reading.facts, "named_void": EVERY_HEIGHT}
+        note = Remark(Grade.NOTE, f"{_RANGE} are taken as heights, as --void none states.")
+        return Reading(facts, (*reading.remarks, note)), None
     cells, marks, remarks = np.zeros(numbers.shape, dtype=bool), [], []
     for value in stated.marks:
         held = holds(numbers, value)

@@ -54,6 +54,8 @@ def test_describing(tile, capsys):
     ]
     voids = voids_of(capsys, tile, "--void", "none")
     assert (voids["nodes"], voids["named"]) == (0, "none")
+    _, out, _ = run(capsys, "terrain", "info", tile, "--void", "none")
+    assert "All numbers from -11,000 to 9,000 m are taken as heights, as --void none states" in out
 
 
 def test_a_plan_and_its_check(tile, tmp_path, capsys):

@@ -206,7 +206,7 @@ class Judge:
                 surely &= after >= doubts[0]
                 perhaps &= after >= -doubts[1]
         if area.hours and self.scene.departure is not None:
-            found = [self._period(hours, times) for hours in area.hours]
+            found = [self._period(area, hours, times) for hours in area.hours]
             surely &= np.any([sure for sure, _ in found], axis=0)
             perhaps &= np.any([may for _, may in found], axis=0)
         return surely, perhaps
@@ -222,10 +222,10 @@ class Judge:
         sure = _MOMENT_S + _SHARE_IN_WIND * times
         return sure, sure + _ARC_S
 
-    def _period(self, hours, times):
+    def _period(self, area, hours, times):
         surely, perhaps = np.zeros(len(times), dtype=bool), np.zeros(len(times), dtype=bool)
         doubts = self._doubts(times)
-        for first, last, (inner, outer) in self._spans(hours):
+        for first, last, (inner, outer) in self._spans(area, hours):
             surely |= (times >= first + doubts[0] + inner) & (times <= last - doubts[0] - inner)
             perhaps |= (times >= first - doubts[1] - outer) & (times <= last + doubts[1] + outer)
         for bound, sign in ((hours.start, 1), (hours.end, -1)):
@@ -238,7 +238,7 @@ class Judge:
     def _seconds(self, moment):
         return (moment - self.scene.departure).total_seconds()
 
-    def _spans(self, hours):
+    def _spans(self, area, hours):
         """Yield first and last second of the days around the flight, with doubts."""
         if hours.first is None:
             yield -np.inf, np.inf, (0.0, 0.0)
@@ -253,8 +253,13 @@ class Judge:
             if last <= first:
                 last = self._bound(day + timedelta(days=1), hours.last, zone)
             is_sun = ":" not in hours.first
-            doubts = (_SUN_S, _SUN_MARGIN_S) if is_sun else (0.0, 0.0)
+            doubts = (_SUN_S, _SUN_MARGIN_S + self._wide_s(area)) if is_sun else (0.0, 0.0)
             yield self._seconds(first), self._seconds(last), doubts
+
+    def _wide_s(self, area):
+        """Return the seconds from sunrise at the map to sunrise at the ends of a wide zone."""
+        corners = [lon for ring in area.rings for lon, _ in ring]
+        return 300.0 * max((abs(lon - self.scene.site.lon) for lon in corners), default=0.0)
 
     def _bound(self, day, text, zone):
         if ":" not in text:

@@ -20,6 +20,7 @@ __all__ = [
     "Reason",
     "broken_limit",
     "geographic",
+    "is_unknown",
     "listed",
     "rounded_down",
     "rounded_up",
@@ -171,7 +172,7 @@ def broken_limit(limits: Sequence[Mapping[str, Any]] | None) -> str | None:
         return None
     name, worst, allowed = str(limits[0]["limit"]), limits[0]["worst"], limits[0]["allowed"]
     place = f"{limits[0]['at_m']:.0f} m from the start"
-    if worst is None:
+    if is_unknown(worst):
         return f"breaks the limit {name} over a void, {place}"
     if name == "map":
         return f"has a corridor that leaves the map by {-worst:.3g} m, {place}"
@@ -185,6 +186,14 @@ def broken_limit(limits: Sequence[Mapping[str, Any]] | None) -> str | None:
     texts = ((f"{worst:.{digits}g}", f"{allowed:.{digits}g}") for digits in _DIGITS)
     reached, bound = next((pair for pair in texts if pair[0] != pair[1]), (worst, allowed))
     return f"breaks the limit {name}, {reached} where {bound} is allowed, {place}"
+
+
+def is_unknown(worst: float | None) -> bool:
+    """Return whether the worst value of a limit is a clearance over a void.
+
+    It is minus infinity in an evaluation, and None in a summary.
+    """
+    return worst is None or worst == -math.inf
 
 
 def listed(names: Iterable[str]) -> str:

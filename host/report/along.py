@@ -103,17 +103,17 @@ def why(reason: Mapping[str, Any], limits: Sequence[Mapping[str, Any]] | None) -
     if not limits:
         return ""
     # Loads the kernels.
+    from pathgene.host.diagnosis.reason import is_unknown
     from pathgene.host.evaluation.aircraft_limits import unit_of
 
     worst = limits[0]
-    name = worst["limit"]
+    name, unit = worst["limit"], unit_of(worst["limit"])
+    after = f"after {worst['at_m'] / 1000:.2f} km"
+    if is_unknown(worst["worst"]):
+        return f"Not feasible: {name} is unknown over a void, {after}"
     if name == "map":
-        return (
-            f"Not feasible: the corridor leaves the map by {-worst['worst']:,.1f} m, after "
-            f"{worst['at_m'] / 1000:.2f} km"
-        )
-    unit = unit_of(name)
+        return f"Not feasible: the corridor leaves the map by {-worst['worst']:,.1f} m, {after}"
     return (
         f"Not feasible: {name} is {worst['worst']:,.1f} {unit}, "
-        f"allowed {worst['allowed']:,.1f} {unit}, after {worst['at_m'] / 1000:.2f} km"
+        f"allowed {worst['allowed']:,.1f} {unit}, {after}"
     )

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from pathgene.host.diagnosis.reason import broken_limit
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
@@ -36,3 +37,17 @@ def test_the_reason_names_the_corridor():
     limits = terms(evaluator.evaluate(path))["limits"]
     assert why({}, limits) == ("Not feasible: the corridor leaves the map by 5.0 m, after 0.01 km")
     assert math.isclose(limits[0]["worst"], -5, abs_tol=1e-5)
+
+
+def test_a_clearance_over_a_void_is_named_in_evaluation_and_summary():
+    heights = np.full((34, 34), 10.0)
+    heights[:, 16] = np.nan
+    ends = (45.0, 500.0, 90.0), (945.0, 500.0, 90.0)
+    problem = Problem(Terrain("void", heights, 30.0, 30.0), *ends)
+    evaluation = Evaluator(problem, threads=1).evaluate(np.array(ends))
+    sentence = why({}, evaluation.limits)
+    assert sentence.startswith("Not feasible: clearance is unknown over a void, after 0.4")
+    assert why({}, terms(evaluation)["limits"]) == sentence
+    broken = broken_limit(evaluation.limits)
+    assert broken.startswith("breaks the limit clearance over a void, 4")
+    assert broken_limit(terms(evaluation)["limits"]) == broken

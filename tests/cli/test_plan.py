@@ -46,7 +46,7 @@ def test_writes_all_files(planned):
 
 
 def test_plans_on_the_chip_where_neither_planner_nor_board_is_named(hills, tmp_path, capsys):
-    assert plan(hills, tmp_path, "--chip-ms", 2, "--seed", 1) == 0
+    assert plan(hills, tmp_path, "--chip-ms", 2, "--seed", 1, "--no-picture") == 0
     summary = summary_in(tmp_path)
     assert (summary["planner"], summary["board"], summary["feasible"]) == (
         "ga-chip",
@@ -195,6 +195,7 @@ def test_no_feasible_path_exits_1_with_files(hills, tmp_path, capsys):
 def test_falls_back_to_astar(hills, tmp_path, capsys):
     blind = ["--planner", "fpa", "--waypoints", "6", "--generations", "1", "--population", "4"]
     blind += ["--nofly-circle", "4500,1000,800", "--nofly-circle", "1200,2000,500"]
+    blind += ["--no-picture"]
     assert plan(hills, tmp_path, *blind) == 0
     assert capsys.readouterr().err.splitlines()[-1] == (
         "pathgene: fpa found no feasible path; the path was found by astar."
@@ -231,6 +232,7 @@ def test_stop_criteria(hills, tmp_path, capsys):
         "--generations",
         "100000",
         "--json",
+        "--no-picture",
     ]
     assert main([*common, "--target-fitness", "1.01"]) == 0
     summary = json.loads(capsys.readouterr().out)

@@ -9,10 +9,14 @@ from pathgene.host.cli import main
 from .conftest import ENDS, FILES, PAPER, WALL, assert_check_agrees, plan, run_here, summary_in
 
 
+#: A picture takes half a second of the processor; other tests draw them.
+UNDRAWN = "--no-picture"
+
+
 def test_same_seed_same_path_in_every_link_mode(planned, hills, tmp_path, capsys):
     _, _, summary = planned
     for mode in ("population", "recipe"):
-        assert plan(hills, tmp_path / mode, *PAPER, "--link-mode", mode) == 0
+        assert plan(hills, tmp_path / mode, *PAPER, "--link-mode", mode, UNDRAWN) == 0
         other = summary_in(tmp_path / mode)
         assert other["waypoints"] == summary["waypoints"]
         assert other["history"] == summary["history"]
@@ -21,7 +25,7 @@ def test_same_seed_same_path_in_every_link_mode(planned, hills, tmp_path, capsys
 
 
 def test_plans_by_other_planners_beside_it(hills, tmp_path, capsys):
-    options = ["--chip-ms", 2, "--seed", 1, "--beside", "ga-fpga, ga-chip,astar"]
+    options = [UNDRAWN, "--chip-ms", 2, "--seed", 1, "--beside", "ga-fpga, ga-chip,astar"]
     assert plan(hills, tmp_path, *options) == 0
     output = capsys.readouterr()
     assert "pathgene: Beside it, ga-fpga on model:." in output.err.splitlines()
@@ -38,7 +42,7 @@ def test_plans_by_other_planners_beside_it(hills, tmp_path, capsys):
     ]
     assert [row[4] for row in rows[1:]] == ["-", "-"]
 
-    assert plan(hills, tmp_path, *options[:5], "astar", "--json") == 0
+    assert plan(hills, tmp_path, *options[:6], "astar", "--json") == 0
     printed = json.loads(capsys.readouterr().out)
     beside = printed.pop("beside")
     assert printed == summary_in(tmp_path)
@@ -47,7 +51,7 @@ def test_plans_by_other_planners_beside_it(hills, tmp_path, capsys):
 
 
 def test_a_board_of_one_core_leaves_the_model_to_the_planner_beside_it(hills, tmp_path, capsys):
-    board = ["--board", "model:?core=planner", "--chip-ms", "1"]
+    board = [UNDRAWN, "--board", "model:?core=planner", "--chip-ms", "1"]
     assert plan(hills, tmp_path, *board, "--beside", "ga-fpga", "--generations", "200") == 0
     assert "pathgene: Beside it, ga-fpga on model:." in capsys.readouterr().err.splitlines()
     assert plan(hills, tmp_path, *board, "--beside", "gafpga") == 2
@@ -57,7 +61,7 @@ def test_a_board_of_one_core_leaves_the_model_to_the_planner_beside_it(hills, tm
 
 
 def test_collisions_counted_by_the_board(hills, tmp_path, capsys):
-    assert plan(hills, tmp_path, *PAPER, "--feasibility", "board") == 0
+    assert plan(hills, tmp_path, *PAPER, "--feasibility", "board", UNDRAWN) == 0
     summary, said = summary_in(tmp_path), capsys.readouterr().out
     counted = summary["hardware"]["feasibility"]
     assert 0 < counted["evaluated_in_full"] < counted["counted_on_board"] == 128 + 60 * 22
@@ -66,9 +70,8 @@ def test_collisions_counted_by_the_board(hills, tmp_path, capsys):
 
 
 def test_ignores_an_option_of_another_planner(hills, tmp_path, capsys):
-    assert (
-        plan(hills, tmp_path, "--planner", "ga-pc", "--generations", "40", "--board", "sim:") == 0
-    )
+    options = ("--planner", "ga-pc", "--generations", "40", "--board", "sim:", UNDRAWN)
+    assert plan(hills, tmp_path, *options) == 0
     output = capsys.readouterr()
     assert output.err.splitlines()[0] == (
         "pathgene: --board means nothing to ga-pc and is ignored."
@@ -79,7 +82,8 @@ def test_ignores_an_option_of_another_planner(hills, tmp_path, capsys):
 
 
 def test_check_agrees_with_the_grid_search(hills, tmp_path, capsys):
-    assert plan(hills, tmp_path, "--planner", "astar", "--max-waypoints", "9", "--json") == 0
+    options = ("--planner", "astar", "--max-waypoints", "9", "--json", UNDRAWN)
+    assert plan(hills, tmp_path, *options) == 0
     output = capsys.readouterr()
     assert output.err.splitlines()[-1].startswith("generation 4/40  best 1.")
     summary = json.loads(output.out)
@@ -102,7 +106,7 @@ def test_grid_search_without_a_way_exits_1_with_files(hills, tmp_path, capsys):
 @pytest.mark.ci
 @pytest.mark.parametrize("planner", ["ga-fpga", "ga-pc", "fpa", "fpa-2opt", "ga-dp", "ga-auv"])
 def test_start_from_the_grid_search(hills, tmp_path, capsys, planner):
-    common = ["plan", "--terrain", str(hills), *ENDS, "--generations", "3", "--json"]
+    common = ["plan", "--terrain", str(hills), *ENDS, "--generations", "3", "--json", UNDRAWN]
     assert main([*common, "--planner", planner, "--init", "astar", "--out", str(tmp_path)]) == 0
     history = json.loads(capsys.readouterr().out)["history"]
     assert main([*common, "--planner", "astar", "--init", "astar", "--out", str(tmp_path)]) == 0
@@ -112,7 +116,8 @@ def test_start_from_the_grid_search(hills, tmp_path, capsys, planner):
 
 
 def test_start_from_the_grid_search_without_a_way_states_the_reason(hills, tmp_path, capsys):
-    plan(hills, tmp_path, *WALL, "--planner", "ga-pc", "--init", "astar", "--generations", "2")
+    options = ("--planner", "ga-pc", "--init", "astar", "--generations", "2", UNDRAWN)
+    plan(hills, tmp_path, *WALL, *options)
     said = capsys.readouterr().err
     assert "The grid search finds no way" not in said
     assert said.splitlines()[-1].startswith("pathgene: No way leads from the start to the goal at ")
@@ -136,6 +141,7 @@ def test_check_agrees_with_flower_pollination(hills, tmp_path, capsys, planner):
         "--out",
         tmp_path,
         "--json",
+        UNDRAWN,
     )
     assert done.returncode == 0, done.stderr
     summary = summary_in(tmp_path)
@@ -164,6 +170,7 @@ def test_engines_of_the_processor_agree(hills, tmp_path, capsys):
             "40",
             "--two-opt-every",
             "10",
+            UNDRAWN,
         ) in (0, 1)
         found.append(summary_in(tmp_path))
     assert found[0]["history"] == found[1]["history"]

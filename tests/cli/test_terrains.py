@@ -65,6 +65,7 @@ def test_check_agrees(name, planner, tmp_path, capsys):
             "3",
             "--out",
             str(tmp_path),
+            "--no-picture",
             "--json",
         ]
     )

@@ -279,7 +279,7 @@ def _own_remarks(name: str, records: Iterable[Record]) -> Iterator[Remark]:
         for remark in record.feature.remarks:
             by_remark.setdefault(remark, []).append(record.feature.label)
     for remark, labels in by_remark.items():
-        yield Remark(remark.grade, f"{name}: {_labels(dict.fromkeys(labels))}: {remark.text}.")
+        yield Remark(remark.grade, f"{name}: {_labels(labels)}: {remark.text}.")
 
 
 def _assumed(
@@ -334,7 +334,7 @@ def _count(count: int, word: str) -> str:
 
 
 def _labels(labels: Iterable[str]) -> str:
-    """Return names for a sentence: the first ones, and the number of the rest."""
-    listed = list(labels)
+    """Return names for a sentence, each once: the first ones, and the number of the rest."""
+    listed = list(dict.fromkeys(labels))
     more = f" and {len(listed) - _NAMES} more" if len(listed) > _NAMES else ""
     return f"{', '.join(listed[:_NAMES])}{more}"

@@ -139,6 +139,12 @@ def test_parts_left_out_are_grouped_by_reason(monkeypatch):
     )
 
 
+def test_a_feature_of_several_parts_is_named_once(monkeypatch):
+    high = metres(30.0, Reference.AGL)
+    found = read(monkeypatch, feature(1, "A", upper=high), feature(1, "A", lower=high))
+    assert any(text.endswith('on the safe side: feature 1, "A".') for text in said(found, "note"))
+
+
 def test_properties_that_are_not_read_are_named(monkeypatch):
     found = read(monkeypatch, feature(unread=("floor", "ceiling")))
     (warning,) = said(found, "warning")

@@ -1,5 +1,6 @@
 """Every construct of KML that carries an area or hides one, compared with fastkml and shapely."""
 
+import math
 import time
 
 import pytest
@@ -16,7 +17,10 @@ from pathgene.host.formats.features import Bad, Feature, LeftOut, Limit, Referen
 
 CORNERS = ((10.0, 60.0), (10.1, 60.0), (10.1, 60.1), (10.0, 60.05))
 HOLE = ((10.04, 60.03), (10.06, 60.03), (10.05, 60.05))
-GX = "http://www.google.com/kml/ext/2.2"
+CIRCLE = tuple(
+    (10.0 + 0.02 * math.cos(math.radians(angle)), 60.0 + 0.01 * math.sin(math.radians(angle)))
+    for angle in range(0, 360, 5)
+)
 AMSL, AGL = Reference.AMSL, Reference.AGL
 HEAD = (
     '<kml xmlns="http://www.opengis.net/kml/2.2" xmlns:gx="http://www.google.com/kml/ext/2.2">'
@@ -34,9 +38,9 @@ def side(kind, text):
     return f"<{kind}><LinearRing><coordinates>{text}</coordinates></LinearRing></{kind}>"
 
 
-def polygon(inside="", height=None, holes=(), shift=0.0):
+def polygon(inside="", height=None, holes=(), shift=0.0, ring=CORNERS):
     inner = "".join(side("innerBoundaryIs", places(hole, height, shift)) for hole in holes)
-    outer = side("outerBoundaryIs", places(CORNERS, height, shift))
+    outer = side("outerBoundaryIs", places(ring, height, shift))
     return f"<Polygon>{inside}{outer}{inner}</Polygon>"
 
 
@@ -101,6 +105,18 @@ def areas_of(text):
 READ = {
     "polygon": (placemark(polygon()), None, None, ()),
     "inner boundary": (placemark(polygon(holes=[HOLE])), None, None, ()),
+    "two inner boundaries": (
+        placemark(polygon(holes=[HOLE, [(lon + 0.03, lat) for lon, lat in HOLE]])),
+        None,
+        None,
+        (),
+    ),
+    "circle": (
+        placemark(polygon(ring=CIRCLE)),
+        None,
+        None,
+        (),
+    ),
     "ring": (placemark(line(kind="LinearRing")), None, None, ()),
     "closed path": (placemark(line()), None, None, ()),
     "closed path, extruded": (

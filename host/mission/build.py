@@ -257,6 +257,9 @@ def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
         zones.append(Circle(*circle))
         own.append((len(zones), zones[-1]))
     earlier: Sequence[tuple[str, Reading]] = values.get("zones_read") or ()
+    choices = {
+        option.name: values[option.name] for option in ZONE_READING if values.get(option.name)
+    }
     readings = [*earlier, *((file, each.reading) for file, each in files)]
     # The evaluation of the papers knows neither heights nor times.
     powerless = () if values.get("as_paper") else remarks_on(own, terrain, options)
@@ -266,11 +269,7 @@ def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
         Reading(
             {
                 "files": [{"file": file, **reading.facts} for file, reading in readings],
-                "options": {
-                    option.name: values[option.name]
-                    for option in ZONE_READING
-                    if values.get(option.name)
-                },
+                **({"options": choices} if choices else {}),
             },
             (*(remark for _, reading in readings for remark in reading.remarks), *powerless),
         ),

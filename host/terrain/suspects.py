@@ -77,7 +77,7 @@ def _zeros(file: FileHeights, heights: Floats) -> Iterator[Remark]:
 def _steepness(file: FileHeights, heights: Floats) -> Iterator[Remark]:
     if file.cell_m < _SMALLEST_M:
         return
-    every = max(1, math.isqrt(2 * heights.size // _SAMPLE_STEPS))
+    every = max(1, 2 * heights.size // _SAMPLE_STEPS)
     rows, columns = heights[::every], heights[:, ::every]
     steps = np.concatenate(
         [np.abs(np.diff(rows)).ravel(), np.abs(np.diff(columns, axis=0)).ravel()]

@@ -13,7 +13,7 @@ from pathgene.host.terrain import load
 @pytest.mark.parametrize("crs", [None, "EPSG:32632", "EPSG:4326", "EPSG:3857"])
 @pytest.mark.parametrize(("side", "east"), [(1e308, 0.0), (100.0, 1e308), (1e12, 0.0)])
 def test_a_raster_beyond_all_maps_is_refused(write_tif, crs, side, east):
-    """Some projections of such places never end, others have no inverse."""
+    """Some projections of such places never end, and some have no inverse."""
     file = write_tif(np.full((4, 5), 100.0), Affine(side, 0, east, 0, -side, 0), crs)
     with pytest.raises(InputError, match=r"no place on Earth is beyond 1e\+11; check the corner"):
         load(file)

@@ -15,7 +15,7 @@ import numpy as np
 
 from pathgene.hdl.protocol.random_words import LANES
 from pathgene.sim.model.compiled import compiled
-from pathgene.sim.model.planner.random_words import Words, source, tap
+from pathgene.sim.model.planner.random_words import WORD, Words, source, step
 
 
 __all__ = ["RandomStream", "main"]
@@ -45,23 +45,11 @@ class RandomStream:
 
 @compiled
 def _fill(state: Words, words: Words) -> None:
-    """Step every lane of ``state`` for each row of ``words``, as ``step``, and store the words."""
-    for lane in range(len(state)):
-        a, a_high, b, b_high, c, c_high, _ = state[lane]
-        for i in range(len(words)):
-            t1 = tap(a, a_high, 2) ^ tap(a, a_high, 29)
-            t2 = tap(b, b_high, 5) ^ tap(b, b_high, 20)
-            t3 = tap(c, c_high, 2) ^ tap(c, c_high, 47)
-            words[i, lane] = t1 ^ t2 ^ t3
-
-            t1 ^= tap(a, a_high, 27) & tap(a, a_high, 28) ^ tap(b, b_high, 14)
-            t2 ^= tap(b, b_high, 18) & tap(b, b_high, 19) ^ tap(c, c_high, 23)
-            t3 ^= tap(c, c_high, 45) & tap(c, c_high, 46) ^ tap(a, a_high, 5)
-            # Bits shifted past a register's end are never tapped, so they need no masking.
-            a, a_high, b, b_high, c, c_high = t3, a, t1, b, t2, c
-        state[lane, 0], state[lane, 1] = a, a_high
-        state[lane, 2], state[lane, 3] = b, b_high
-        state[lane, 4], state[lane, 5] = c, c_high
+    """Store the words of one step in each row of ``words``."""
+    for row in range(len(words)):
+        step(state)
+        for lane in range(len(state)):
+            words[row, lane] = state[lane, WORD]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -44,10 +44,17 @@ def problem():
     return ground(SMALL, rng), record(SMALL, rng)
 
 
-def test_a_run_returns_what_the_model_plans(chip, problem):
+@pytest.fixture
+def posed(chip, problem):
+    """The problem once the chip has it and its map."""
     heights, task = problem
     chip.update_map(heights)
     chip.runs.set_problem(task)
+    return problem
+
+
+def test_a_run_returns_what_the_model_plans(chip, posed):
+    heights, task = posed
     assert chip.runs.best().paths == []
     chip.runs.start(OPTIONS)
     status, best = chip.runs.status(), chip.runs.best()
@@ -69,10 +76,8 @@ def test_a_run_returns_what_the_model_plans(chip, problem):
     chip.runs.stop()
 
 
-def test_another_problem_voids_the_paths(chip, problem):
-    heights, task = problem
-    chip.update_map(heights)
-    chip.runs.set_problem(task)
+def test_another_problem_voids_the_paths(chip, posed):
+    _, task = posed
     assert chip.runs.status() == RunStatus(False, 0, 0, PathClass.VOID << VALUE_BITS)
     chip.runs.start(OPTIONS)
     run = chip.runs.status()
@@ -82,10 +87,8 @@ def test_another_problem_voids_the_paths(chip, problem):
     assert chip.runs.status() == dataclasses.replace(run, key=PathClass.VOID << VALUE_BITS)
 
 
-def test_a_warm_run_goes_on_from_the_latest_population(chip, problem):
-    heights, task = problem
-    chip.update_map(heights)
-    chip.runs.set_problem(task)
+def test_a_warm_run_goes_on_from_the_latest_population(chip, posed):
+    heights, task = posed
     with pytest.raises(RefusedError, match="RUN with BAD_VALUE"):
         chip.runs.start(WARM)
     chip.runs.start(OPTIONS)
@@ -102,10 +105,8 @@ def test_a_warm_run_goes_on_from_the_latest_population(chip, problem):
         first = second
 
 
-def test_a_long_run_of_the_model_goes_on_until_it_is_stopped(chip, problem):
-    heights, task = problem
-    chip.update_map(heights)
-    chip.runs.set_problem(task)
+def test_a_long_run_of_the_model_goes_on_until_it_is_stopped(chip, posed):
+    heights, task = posed
     endless = {"cycles": (1 << 32) - 1, "generations": (1 << 32) - 1}
     chip.runs.start(dataclasses.replace(OPTIONS, **endless))
     status = chip.runs.status()
@@ -164,10 +165,8 @@ def test_a_run_that_does_not_end_costs_the_patience(monkeypatch):
         opened(model)
 
 
-def test_a_run_scans_the_blocks_that_have_changed(chip, problem):
-    heights, task = problem
-    chip.update_map(heights)
-    chip.runs.set_problem(task)
+def test_a_run_scans_the_blocks_that_have_changed(chip, posed):
+    heights, task = posed
     few = dataclasses.replace(OPTIONS, generations=0)
 
     def scanned():
@@ -234,10 +233,7 @@ def test_after_a_block_that_failed_its_box_is_sent_again(problem, monkeypatch):
     assert np.array_equal(model.checking.terrain.heights, heights)
 
 
-def test_runs_are_counted(chip, problem):
-    heights, task = problem
-    chip.update_map(heights)
-    chip.runs.set_problem(task)
+def test_runs_are_counted(chip, posed):
     assert chip.runs.started == 0
     chip.runs.start(OPTIONS)
     chip.runs.start(WARM)
@@ -271,10 +267,7 @@ def test_a_busy_board_is_named(chip, monkeypatch):
     chip.runs.stop()
 
 
-def test_paths_are_there_when_the_run_is_over(chip, problem, monkeypatch):
-    heights, task = problem
-    chip.update_map(heights)
-    chip.runs.set_problem(task)
+def test_paths_are_there_when_the_run_is_over(chip, posed, monkeypatch):
     chip.runs.start(dataclasses.replace(OPTIONS, generations=10**9, cycles=(1 << 32) - 1))
     assert chip.runs.best_if_over() is None
     # The session continues.

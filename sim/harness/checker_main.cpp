@@ -11,20 +11,11 @@
 //
 // A payload of more than 64 bits takes as many numbers as it needs.
 
-#include <cstring>
-
 #include "harness.hpp"
 
 namespace {
 
 using namespace harness;
-
-template <class Port>
-Numbers read_port(const Port& port) {
-    Numbers numbers((sizeof(Port) + sizeof(Number) - 1) / sizeof(Number), 0);
-    std::memcpy(numbers.data(), &port, sizeof(Port));
-    return numbers;
-}
 
 class Checker : Design {
 public:

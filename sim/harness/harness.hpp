@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <vector>
 
 #include <verilated.h>
@@ -34,6 +35,14 @@ inline Number read_number() { return read_numbers(1)[0]; }
 
 inline void write_numbers(const Numbers& numbers) {
     std::fwrite(numbers.data(), sizeof(Number), numbers.size(), stdout);
+}
+
+// The bits of a port as numbers.
+template <class Port>
+Numbers read_port(const Port& port) {
+    Numbers numbers((sizeof(Port) + sizeof(Number) - 1) / sizeof(Number), 0);
+    std::memcpy(numbers.data(), &port, sizeof(Port));
+    return numbers;
 }
 
 // Pauses of a stream: it moves in about one cycle of `stall`, or in every one.

@@ -13,7 +13,7 @@ from pathgene.hdl.planner.population_memory import decided_layout, margin_layout
 from pathgene.hdl.verilog import convert
 from pathgene.sim.exported import cached_verilog
 from pathgene.sim.harness.program import VerilatedProgram
-from tests.support.planner.cases import SMALL, USUAL, corner, ground
+from tests.support.planner.cases import SMALL, USUAL, corner, ground, words
 from tests.support.planner.evaluator_bench import Findings
 from tests.support.planner.evaluator_cases import (
     check_cycles,
@@ -59,8 +59,7 @@ def orders(layouts, evaluator, paths, stall):
         layouts.point.const(corner((x, y, int(heights[y, x])))).as_bits()
         for y, x in itertools.product(*(range(size) for size in heights.shape))
     ]
-    problem = layouts.problem.const(problem_fields(evaluator.record)).as_bits()
-    words = [problem >> 32 * i & 0xFFFFFFFF for i in range(-(-layouts.problem.size // 32))]
+    problem = words(layouts.problem.const(problem_fields(evaluator.record)))
     heads, points = [], []
     for path in paths:
         head = layouts.head.const(path.head).as_bits()
@@ -71,7 +70,7 @@ def orders(layouts, evaluator, paths, stall):
         ]
     return [
         *(1, len(cells), *cells),
-        *(2, len(words), *words),
+        *(2, len(problem), *problem),
         *(3, stall, len(paths), *heads, len(points), *points),
     ]
 

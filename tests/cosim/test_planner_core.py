@@ -16,7 +16,7 @@ from pathgene.sim.exported import cached_verilog
 from pathgene.sim.harness.program import VerilatedProgram
 from pathgene.sim.model.planner.run import plan
 from pathgene.sim.model.run_commands import BlockMarks
-from tests.support.planner.cases import SMALL, USUAL
+from tests.support.planner.cases import SMALL, USUAL, words
 from tests.support.planner.flight import (
     Flight,
     problem_payload,
@@ -65,16 +65,16 @@ class VerilatedPlanner(VerilatedProgram):
         self.send(1, len(words), words)
 
     def pose(self, record):
-        self.send(2, _words(problem_payload(self.config, record)))
+        self.send(2, words(problem_payload(self.config, record)))
 
     def draw(self, shape):
         """Draw a shape; return the cycles."""
-        self.send(3, _words(shape_payload(self.config, shape)))
+        self.send(3, words(shape_payload(self.config, shape)))
         return int(self.receive(1)[0])
 
     def run(self, options, *, gap=0, stop=0):
         """Run to the end; return the cycles, and the generations that were told."""
-        self.send(4, gap, stop, _words(run_payload(self.config, options)))
+        self.send(4, gap, stop, words(run_payload(self.config, options)))
         return tuple(self.receive(2).tolist())
 
     def stop(self):
@@ -83,7 +83,7 @@ class VerilatedPlanner(VerilatedProgram):
 
     def reset_in_run(self, options, cycles):
         """Start a run, and reset the chip after ``cycles`` cycles."""
-        self.send(7, cycles, _words(run_payload(self.config, options)))
+        self.send(7, cycles, words(run_payload(self.config, options)))
 
     def status(self):
         """Return the flags of its contents, and the fields of the status."""
@@ -95,11 +95,6 @@ class VerilatedPlanner(VerilatedProgram):
     def best(self, stall=0):
         self.send(6, stall)
         return bytes(self.receive(int(self.receive(1)[0])).tolist())
-
-
-def _words(payload):
-    bits, size = payload.as_bits(), payload.shape().size
-    return [bits >> 32 * i & 0xFFFFFFFF for i in range(-(-size // 32))]
 
 
 def fly(config, rows, seed, runs, generations, builds=None, text=None):

@@ -174,6 +174,12 @@ def corner(point):
     return dict(zip(("x", "y", "altitude"), point, strict=True))
 
 
+def words(payload):
+    """Return a constant as 32-bit words, the lowest first."""
+    bits, size = payload.as_bits(), payload.shape().size
+    return [bits >> 32 * i & 0xFFFFFFFF for i in range(-(-size // 32))]
+
+
 def any_point(config, rng):
     """Any corner and altitude, often the lowest or the highest."""
     top = config.blocked_altitude

@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 # cells. The lowest shore of each part of Jervis Inlet, a fjord, is at most a fifth of this.
 _SHORE_M = 100.0
 # A quarter of the slopes between neighbours is not steeper than this on any land. On six real maps,
-# the steepest quarter begins at 0.07 to 0.5.
+# the steepest quarter begins at 0.2 to 0.52.
 _QUARTER, _STEEP = 0.25, 1.0
 # Smallest cell, metres, and fewest steps for which that is known: walls of buildings are steep.
 _SMALLEST_M, _FEWEST_STEPS = 10.0, 100

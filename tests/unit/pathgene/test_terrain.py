@@ -76,3 +76,23 @@ def test_embedded():
     canyon = Terrain.load("canyon")
     assert isinstance(canyon, Terrain)
     assert canyon.loading == {"source": "canyon", "fill_voids": False, "cell_m": None}
+
+
+def test_marks_of_voids(tmp_path):
+    heights = np.add.outer(np.arange(20.0), np.arange(20.0)) + 100
+    heights[3, 4], heights[9, 9] = 4321.5, -700.25
+    np.save(tmp_path / "a.npy", heights)
+    for void, voids in ((4321.5, None), ([4321.5, -700.25], 2), ("none", 0), (np.float64(5), None)):
+        if voids is None:
+            with pytest.raises(
+                InputError, match=r"accept all numbers as heights \(--void none\)\.$"
+            ):
+                Terrain.load(tmp_path / "a.npy", cell_m=30, void=void)
+        else:
+            assert Terrain.load(tmp_path / "a.npy", cell_m=30, void=void).voids.sum() == voids
+    for void in ("high", [], [np.nan], [1, "a"], {}, b"1", True):
+        with pytest.raises(InputError) as caught:
+            Terrain.load(tmp_path / "a.npy", cell_m=30, void=void)
+        assert str(caught.value) == (
+            f"The marks of voids must be numbers of the file or none, not {void!r}."
+        )

@@ -92,7 +92,9 @@ def _limit_text(limit, rng):
 def _geojson(scene):
     features = []
     system = random.Random(f"system {scene.seed}").choice((None, None, scene.site.crs, "EPSG:4258"))
-    if scene.swapped or scene.site.lon > 179:
+    # The edges of a projected system are straight there; a scene has them straight in degrees.
+    is_wide = any(np.ptp(np.array(ring)[:, 0]) > 0.2 for area in scene.areas for ring in area.rings)
+    if scene.swapped or scene.site.lon > 179 or is_wide:
         system = None
     for area in scene.areas:
         rng = _style(scene, area)

@@ -36,6 +36,7 @@ class Ability:
     one_period: bool = False
     offsets: bool = False
     events: frozenset = frozenset({"SR", "SS", "BMCT", "EECT"})
+    nights: bool = True
     seconds: bool = False
     classes: tuple = ()
     circles: bool = True
@@ -101,7 +102,7 @@ ABILITIES = {
     "geojson": Ability(limits=(*_BOTH, *_LEVELS, *_WGS84), seconds=True),
     "openaip": Ability(
         limits=(*_BOTH, *_LEVELS), hours="sun", one_period=True, circles=False,
-        events=frozenset({"SR", "SS"}), classes=_OPENAIP,
+        events=frozenset({"SR", "SS"}), nights=False, classes=_OPENAIP,
     ),
     "ed269": Ability(
         limits=_BOTH, one_unit=True, hours="sun", both_moments=True, offsets=True, classes=_UAS,

@@ -379,7 +379,8 @@ class _Drawing:
             kinds += ["sun"] * 4
         kind = rng.choice(kinds)
         if kind == "sun":
-            pairs = [("SR", "SS"), ("SS", "SR"), ("BMCT", "EECT"), ("EECT", "BMCT")]
+            pairs = [("SR", "SS"), ("BMCT", "EECT")]
+            pairs += [(last, first) for first, last in pairs] if ability.nights else []
             pairs = [pair for pair in pairs if self.event in pair and set(pair) <= ability.events]
             if pairs:
                 first, last = rng.choice(pairs)

@@ -4,6 +4,10 @@ import pytest
 
 from pathgene.host.evaluation import Evaluator
 from tests.support.host.missions import make_mission
+from tests.support.host.short_flights import make_run
+
+
+__all__ = ["make_run", "missions", "tracks"]
 
 
 @pytest.fixture(scope="session")

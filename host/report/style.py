@@ -143,5 +143,7 @@ def titles(figure: Figure, title: str, subtitle: str, left: float = LEFT) -> Non
 
 def save(figure: Figure, file: Path) -> None:
     """Write a figure to a PNG file."""
+    # Level 4 takes half the time of the default, and 5 % more space.
+    quickly = {"compress_level": 4}
     with replacing(file) as binary:
-        figure.savefig(binary, format="png", dpi=150)
+        figure.savefig(binary, format="png", dpi=150, pil_kwargs=quickly)

@@ -12,20 +12,8 @@ from pathgene.host.device.runs import Runs
 from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
 from pathgene.host.planning import Search
 from pathgene.host.problem.corner_map import CornerMap
-from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Zone
-
-
-#: In the gap of the ridge, and beyond it.
-IN_THE_GAP = Zone.circle(3000, 3300, 250)
-BEHIND = Zone.circle(4300, 2600, 300)
-#: Across the whole map.
-WALL = Zone.polygon([(3400, -100), (3600, -100), (3600, 4100), (3400, 4100)])
-NO_MARGINS = Rules(clearance_m=0, corridor_m=0, zone_margin_m=0, reserve=0)
-
-
-def runs_of(plan):
-    return plan.result.hardware["runs"]
+from tests.unit.planners.chip.test_replanner import BEHIND, IN_THE_GAP, NO_MARGINS, WALL, runs_of
 
 
 @pytest.fixture

@@ -273,7 +273,9 @@ def parts(
             yield LeftOut(what, (_NOT_READ | _NO_AREA)[tag], tag in _NOT_READ)
         if tag != "Tour":
             limiting = tuple(tag_of(child) for child in element if tag_of(child) in TIMES)
-            waiting += ((child, (*around, *limiting)) for child in reversed(element))
+            # A few names, however many folders are around.
+            inside = tuple(dict.fromkeys((*around, *limiting)))
+            waiting += ((child, inside) for child in reversed(element))
 
 
 def with_areas(reads: Iterable[Read]) -> Iterator[Read]:

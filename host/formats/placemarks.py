@@ -197,14 +197,16 @@ def _drawn(element: ET.Element) -> list[_Drawn]:
 
 
 def _polygon(element: ET.Element) -> _Drawn:
-    outer, holes = (
-        [
-            _ring(text_of(ring, "coordinates"))
-            for boundary in every(element, side)
-            for ring in every(boundary, "LinearRing")
-        ]
-        for side in ("outerBoundaryIs", "innerBoundaryIs")
-    )
+    sides: dict[str, list[ET.Element]] = {"outerBoundaryIs": [], "innerBoundaryIs": []}
+    waiting = [(element, "")]
+    while waiting:
+        part, side = waiting.pop()
+        tag = tag_of(part)
+        if tag == "LinearRing" and side:
+            sides[side].append(part)
+        inside = tag if tag in sides else side
+        waiting += ((child, inside) for child in reversed(part))
+    outer, holes = ([_ring(text_of(ring, "coordinates")) for ring in own] for own in sides.values())
     if not outer:
         raise InputError("a polygon must have an outer boundary.")
     if len(outer) > 1:
@@ -225,11 +227,16 @@ def _joined(drawn: list[_Drawn]) -> Iterator[tuple[Rings, _Heights]]:
         if not each.is_wall:
             flat.setdefault(each.footprint, []).append(each)
     # Without a polygon, each ring without an area must be a wall.
-    alone = [wall for wall in walls if not flat or len(set(wall.heights)) > 1]
+    left = {n for n, wall in enumerate(walls) if not flat or len(set(wall.heights)) > 1}
+    at: dict[Position, list[int]] = {}
+    for number, wall in enumerate(walls):
+        for corner in wall.corners:
+            at.setdefault(corner, []).append(number)
     for footprint, layers in flat.items():
-        alone = [wall for wall in alone if not any(map(wall.corners.intersection, footprint))]
-        own = [wall for wall in walls if wall.corners & layers[0].corners]
-        yield layers[0].rings, _heights(layers, own)
+        left.difference_update(*(at.get(corner, ()) for ring in footprint for corner in ring))
+        own = sorted({number for corner in layers[0].corners for number in at.get(corner, ())})
+        yield layers[0].rings, _heights(layers, [walls[number] for number in own])
+    alone = [walls[number] for number in sorted(left)]
     if alone:
         ring = _around(alone)
         prism = [_Drawn((ring,), each.heights, each.mode, False) for each in alone]
@@ -270,14 +277,22 @@ def _around(walls: list[_Drawn]) -> tuple[Position, ...]:
         If they do not follow each other around an area.
     """
     sides = [tuple(dict.fromkeys(wall.rings[0])) for wall in walls]
-    ring = [*sides.pop(0)]
-    while sides:
-        following = next((side for side in sides if ring[-1] in side), None)
-        if following is None:
+    # Sides by their corners, the first one last.
+    at: dict[Position, list[int]] = {}
+    for number in range(len(sides) - 1, -1, -1):
+        for corner in sides[number]:
+            at.setdefault(corner, []).append(number)
+    ring, left = [*sides[0]], set(range(1, len(sides)))
+    while left:
+        here = at[ring[-1]]
+        while here and here[-1] not in left:
+            here.pop()
+        if not here:
             break
-        sides.remove(following)
+        following = sides[here[-1]]
+        left.remove(here.pop())
         ring += [corner for corner in following if corner != ring[-1]]
-    if sides or ring[0] != ring[-1] or len(ring) < 4:
+    if left or ring[0] != ring[-1] or len(ring) < 4:
         raise InputError("its walls do not close around an area; draw a polygon.")
     return tuple(ring[:-1])
 

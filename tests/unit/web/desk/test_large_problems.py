@@ -122,7 +122,7 @@ def test_drawing_many_zones_leaves_the_loop_to_others(desk):
 
         async def ticking():
             while True:
-                # Of this thread, so that a busy machine makes no pause.
+                # Processor time of this thread, since a busy machine makes pauses.
                 begun_s = time.thread_time()
                 await asyncio.sleep(0.01)
                 gaps.append(time.thread_time() - begun_s)

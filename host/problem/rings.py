@@ -21,12 +21,16 @@ __all__ = [
     "edges",
     "nodes_inside",
     "plain",
+    "require_corners",
     "require_near",
     "ring_of",
 ]
 
 # Nodes this close to an edge are on it: products like 7 * 30.87 are rounded, borders are not.
 EDGE_M = 1e-6
+
+#: Maximum number of corners of a ring: each is compared with nodes and points in turn.
+MOST_CORNERS = 100_000
 
 #: Maximum coordinate and radius of a zone, metres: farther than any place on Earth.
 MOST_M = 1e9
@@ -48,6 +52,21 @@ def require_near(kind: str, values: Iterable[float]) -> None:
             )
 
 
+def require_corners(count: int) -> None:
+    """Check that a zone, or a file of zones, has no more than :data:`MOST_CORNERS` on the map.
+
+    Raises
+    ------
+    InputError
+        If it has.
+    """
+    if count > MOST_CORNERS:
+        raise InputError(
+            f"{count:,} corners of no-fly zones are more than {MOST_CORNERS:,}; simplify the "
+            "outlines, with ogr2ogr -simplify 0.00001 for example."
+        )
+
+
 def plain(corners: Any) -> Any:
     """Return the corners of an array, of numpy for example, as a list of pairs."""
     return corners.tolist() if hasattr(corners, "tolist") else corners
@@ -64,6 +83,7 @@ def ring_of(corners: Any) -> Ring:
     try:
         if not isinstance(corners, list | tuple):
             raise ValueError
+        require_corners(len(corners))
         ring = tuple(numbers(corner, 2) for corner in corners)
     except ValueError:
         raise InputError(

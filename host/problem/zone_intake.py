@@ -17,6 +17,7 @@ from pathgene.host.formats.shapes import Shape
 from pathgene.host.problem.active_times import LONGEST_S, Interval, intervals
 from pathgene.host.problem.heights import Heights, Stated, encloses_nothing, follows_ground
 from pathgene.host.problem.placing import Placed, place, swapped_on_map
+from pathgene.host.problem.rings import require_corners
 from pathgene.host.problem.zone_report import Record, report, touches
 from pathgene.host.remarks import Reading
 from pathgene.host.terrain import Terrain
@@ -117,6 +118,7 @@ def _taken(
             'metres as GeoJSON with the member "crs_local": true.'
         )
     placed = place(features, terrain)
+    require_corners(sum(len(ring) for own in placed for part in own for ring in part.rings))
     swapped = _swapped(features, placed, terrain)
     tiled = sum(
         follows_ground(f) for f, parts in zip(features, placed, strict=True) if f.forbids and parts

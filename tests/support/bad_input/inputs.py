@@ -18,6 +18,13 @@ from typing import Any
 import numpy as np
 
 from pathgene.host.problem.aircraft import load as load_aircraft
+from tests.support.bad_input.extremes import (
+    deep_zones,
+    dotted_keys,
+    huge_terrain,
+    odd_name,
+    repeated,
+)
 from tests.support.bad_input.good_inputs import (
     CSV,
     KML,
@@ -380,6 +387,11 @@ KINDS: tuple[tuple[Callable[[random.Random], Case], int], ...] = (
     (number, 24),
     (option, 10),
     (board, 6),
+    (huge_terrain, 5),
+    (deep_zones, 4),
+    (dotted_keys, 2),
+    (odd_name, 5),
+    (repeated, 3),
 )
 
 

@@ -165,12 +165,14 @@ def _shown(value: float | None, form: str, unit: str = "") -> str:
 
 
 def note_compiling(*, as_paper: bool) -> None:
-    """Note that the kernels of the evaluation are being compiled, unless numba has cached them."""
+    """Compile the kernels of the evaluation, with a note, unless numba has cached them."""
     # Loads numba; bad input must not wait for it.
+    from pathgene.host.compiling import compile_first
     from pathgene.host.evaluation import kernels, rule_kernels
 
     # The outermost kernel of every evaluation.
-    _note(kernels.path_terms if as_paper else rule_kernels.strict_terms, "about a minute")
+    if _note(kernels.path_terms if as_paper else rule_kernels.strict_terms, "about a minute"):
+        compile_first(as_paper=as_paper)
 
 
 def note_compiling_routes() -> None:
@@ -180,9 +182,12 @@ def note_compiling_routes() -> None:
     _note(measures.measure, "some ten seconds")
 
 
-def _note(kernel: Any, duration: str) -> None:
+def _note(kernel: Any, duration: str) -> bool:
+    """Note a first compilation; return whether there is one."""
     # The cache needs a compiler and a writable folder. The index of other sources, or of another
     # numba version, reads as empty.
     kept = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
-    if kept is not None and not kept._load_index():
+    is_first = kept is not None and not kept._load_index()
+    if is_first:
         note(f"Compiling for this machine, once: {duration}.")
+    return is_first

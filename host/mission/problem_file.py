@@ -98,6 +98,12 @@ def problem_text(values: Mapping[str, Any], folder: Path, name: str = "FILE") ->
             given = _written(keys_of(table), own, folder)
         if given:
             lines += ["", f"[{table}]", *_lines(given)]
+    for line in lines:
+        if line != line.encode("utf-8", "replace").decode():
+            raise InputError(
+                f"A problem file cannot hold {line!r}, whose bytes are not UTF-8; rename the file "
+                "or folder."
+            )
     return "\n".join(lines) + "\n"
 
 

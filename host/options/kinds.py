@@ -327,11 +327,6 @@ def to_toml(value: Any) -> str:
     if isinstance(value, int | float):
         return repr(value)
     if isinstance(value, str):
-        if not value.isascii() and any("\ud800" <= c <= "\udfff" for c in value):
-            raise InputError(
-                f"A problem file cannot hold the name {value!r}, whose bytes are not UTF-8; rename "
-                "it."
-            )
         # JSON escapes like TOML, except for the last control character.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, list | tuple):

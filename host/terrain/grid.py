@@ -97,9 +97,7 @@ class Terrain:
     accepts_all: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
-        # The name of a file may have bytes that are not UTF-8, which no other file can hold.
-        name = self.name.encode("utf-8", "backslashreplace").decode()
-        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "name", _as_text(self.name))
         elevation = as_heights(self.name, self.elevation)
         sides = as_sides(self.name, (self.dx_m, self.dy_m), elevation.shape)
         file = FileHeights(
@@ -140,6 +138,8 @@ class Terrain:
     def having(self, **values: Any) -> Terrain:
         """Return the terrain with other values, which are neither checked nor copied."""
         changed = copy.copy(self)
+        if "name" in values:
+            values["name"] = _as_text(values["name"])
         if values.keys() & _OF_FRAME:
             changed.__dict__.pop("metric", None)
         for name, value in values.items():
@@ -391,6 +391,11 @@ def as_heights(name: str, elevation: ArrayLike) -> Floats:
     if np.isnan(heights).all():
         raise InputError(f"{name}: every node is void; choose a terrain with heights.")
     return heights
+
+
+def _as_text(name: str) -> str:
+    """Return a name that files can hold: one of a file may have bytes that are not UTF-8."""
+    return name.encode("utf-8", "backslashreplace").decode()
 
 
 def _nearest(coordinate: ArrayLike, side_m: float, nodes: int) -> NDArray[np.int64]:

@@ -3,6 +3,7 @@
 A damaged file may still be a good one. A file is bad if its format's own reader refuses it.
 """
 
+import codecs
 import contextlib
 import csv
 import io
@@ -44,7 +45,10 @@ def _toml(content: bytes) -> None:
 
 
 def _xml(content: bytes) -> None:
-    ET.fromstring(content.decode("utf-8-sig").strip())
+    # A mark of the order of bytes counts more than the declaration.
+    marks = (codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE, codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+    wide = [f"utf-{32 if len(mark) == 4 else 16}" for mark in marks if content.startswith(mark)]
+    ET.fromstring(content.decode(wide[0] if wide else "utf-8-sig").strip())
 
 
 def _csv(content: bytes) -> None:

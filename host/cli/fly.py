@@ -143,15 +143,21 @@ def run(args: argparse.Namespace) -> int:
 
 def _scenario(args: argparse.Namespace, run: Run) -> Scenario:
     """Return the events of the flight; files of zones are read like the plan's files."""
-    from pathgene.host.mission.build import options_for_flight, zone_options_of
+    from pathgene.host.mission.build import (
+        options_for_flight,
+        zone_choices_of,
+        zone_options_of,
+    )
     from pathgene.host.replanning.scenario import Scenario, parse_popup, read_scenario
-    from pathgene.host.report.read import summary_zone_choices
 
     problem = run.problem
     given = {option.name: getattr(args, option.name) for option in ZONE_READING}
-    values = summary_zone_choices(run.file, run.summary)
+    values = {
+        **zone_choices_of(problem.zones_reading),
+        **{name: value for name, value in given.items() if value},
+    }
     options = options_for_flight(
-        zone_options_of(values | {name: value for name, value in given.items() if value}),
+        zone_options_of(values),
         problem.terrain,
         problem.aircraft,
         problem.limits.ceiling_m,

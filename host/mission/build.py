@@ -51,6 +51,7 @@ __all__ = [
     "stated_of",
     "terrain_of",
     "via_of",
+    "zone_choices_of",
     "zone_options_of",
     "zones_of",
 ]
@@ -297,6 +298,28 @@ def zone_options_of(values: Values) -> ZoneOptions:
         departure=None if departure is None else moment_of(departure),
         qnh_hpa=qnh_hpa,
     )
+
+
+def zone_choices_of(reading: Reading) -> Values:
+    """Return the options with which the files of zones were read, by name, from their report.
+
+    Raises
+    ------
+    InputError
+        If one has a bad value: the report may be of a file.
+    """
+    stated = reading.facts.get("options", {})
+    try:
+        return {
+            option.name: option.kind.read(stated[option.name], Path())
+            for option in ZONE_READING
+            if option.name in stated
+        }
+    except (TypeError, ValueError):
+        raise InputError(
+            "The options of read.zones in the summary must be a table of the options that zones "
+            "are read with."
+        ) from None
 
 
 def _for_flight(options: ZoneOptions, values: Values, terrain: Terrain) -> ZoneOptions:

@@ -14,7 +14,6 @@ from pathgene.host.errors import InputError
 from pathgene.host.files.output import reading
 from pathgene.host.inputs import exists, opened, parse_json, read_text
 from pathgene.host.numeric import as_number, numbers, rows
-from pathgene.host.options.table import ZONE_READING
 from pathgene.host.problem.aircraft import DEFAULT, Aircraft
 from pathgene.host.problem.aircraft import load as load_aircraft
 from pathgene.host.problem.ends import Point
@@ -41,7 +40,6 @@ __all__ = [
     "summary_terrain",
     "summary_way",
     "summary_wind_and_step",
-    "summary_zone_choices",
     "summary_zones",
     "summary_zones_reading",
 ]
@@ -297,28 +295,6 @@ def summary_zones_reading(file: Path, summary: dict[str, Any]) -> Reading:
     except (KeyError, TypeError, ValueError):
         raise InputError(
             f"{file}: read must have a table zones with the remarks on the files of zones."
-        ) from None
-
-
-def summary_zone_choices(file: Path, summary: dict[str, Any]) -> dict[str, Any]:
-    """Return the options with which the files of zones of a plan were read, by name.
-
-    Raises
-    ------
-    InputError
-        If one has a bad value.
-    """
-    stated = summary_zones_reading(file, summary).facts.get("options", {})
-    try:
-        return {
-            option.name: option.kind.read(stated[option.name], Path())
-            for option in ZONE_READING
-            if option.name in stated
-        }
-    except (TypeError, ValueError):
-        raise InputError(
-            f"{file}: options of read.zones must be a table of the options that zones are read "
-            "with."
         ) from None
 
 

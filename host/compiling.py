@@ -27,7 +27,7 @@ def compile_first(*, as_paper: bool) -> None:
     they are needed.
     """
     rules = "paper" if as_paper else "rules"
-    folder = str(Path(__file__).resolve().parents[2])
+    folder = str(Path(__file__).absolute().parents[2])
     path = os.pathsep.join(filter(None, (folder, os.environ.get("PYTHONPATH"))))
     with subprocess.Popen(
         [sys.executable, "-m", "pathgene.host.compiling", rules, str(os.getpid())],

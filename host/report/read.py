@@ -200,11 +200,11 @@ def summary_terrain(
         if GRID in (summary.get("files") or ()):
             raise InputError(
                 f"{grid}, the terrain of the run, is missing, and the file that it was made from "
-                f"cannot be read; put {GRID} back, or plan again. ({error})"
+                f"cannot be read; put {GRID} back, or plan again. {error}"
             ) from None
         raise InputError(
             f"{file}: the terrain of the run cannot be read; put it back at {source}, or plan "
-            f"again. ({error})"
+            f"again. {error}"
         ) from None
     return _placed(file, terrain, stated) if is_own else terrain
 

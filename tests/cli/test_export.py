@@ -98,7 +98,7 @@ def test_a_missing_terrain_is_named_only_if_it_is_needed(flown, tmp_path, capsys
     assert main(["check", "--path", str(file)]) == 2
     assert capsys.readouterr().err.startswith(
         f"pathgene: {out / 'terrain.npz'}, the terrain of the run, is missing, and the file that "
-        "it was made from cannot be read; put terrain.npz back, or plan again. ("
+        "it was made from cannot be read; put terrain.npz back, or plan again. "
     )
 
 
@@ -254,6 +254,6 @@ def test_a_path_whose_terrain_is_gone_is_not_believed(safe, tmp_path, capsys, co
     error = capsys.readouterr().err
     assert error.startswith(
         f"pathgene: {file}: the terrain of the run cannot be read; put it back at {gone}, or plan "
-        "again. ("
+        "again. "
     )
     assert error.count("\n") == 1

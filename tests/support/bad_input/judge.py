@@ -36,8 +36,15 @@ def is_unreadable(name: str, content: bytes) -> bool:
     return False
 
 
+def _text(content: bytes) -> str:
+    """Decode a text as its mark of the order of bytes says, whatever it declares, or as UTF-8."""
+    marks = (codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE, codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+    wide = [f"utf-{32 if len(mark) == 4 else 16}" for mark in marks if content.startswith(mark)]
+    return content.decode(wide[0] if wide else "utf-8-sig")
+
+
 def _json(content: bytes) -> None:
-    json.loads(content.decode("utf-8-sig"))
+    json.loads(_text(content))
 
 
 def _toml(content: bytes) -> None:
@@ -45,10 +52,7 @@ def _toml(content: bytes) -> None:
 
 
 def _xml(content: bytes) -> None:
-    # A mark of the order of bytes counts more than the declaration.
-    marks = (codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE, codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
-    wide = [f"utf-{32 if len(mark) == 4 else 16}" for mark in marks if content.startswith(mark)]
-    ET.fromstring(content.decode(wide[0] if wide else "utf-8-sig").strip())
+    ET.fromstring(_text(content).strip())
 
 
 def _csv(content: bytes) -> None:

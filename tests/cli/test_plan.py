@@ -279,6 +279,7 @@ def test_shows_a_progress_bar_on_a_terminal(hills, tmp_path):
         *ENDS,
         "--generations",
         "5",
+        "--no-picture",
         "--out",
         tmp_path,
     ]

@@ -35,7 +35,7 @@ module _80_ecp5_alu (A, B, CI, BI, X, Y, CO);
   output [Y_WIDTH-1:0] X, Y, CO;
   input CI, BI;
 
-  // Fewer bits are left to lookup tables.
+  // Fewer bits are left to lookup tables, and 5 and 6 bits to Yosys's own chains.
   wire _TECHMAP_FAIL_ = Y_WIDTH <= 6;
 
   (* force_downto *)
@@ -82,8 +82,9 @@ module _80_ecp5_alu (A, B, CI, BI, X, Y, CO);
   assign X = A_buf ^ (B_buf ^ {Y_WIDTH{BI}});
 endmodule
 
-// First cell of such a chain. Synthesis makes its carry in, which has no effect, a constant; only
-// where there is none does nextpnr leave the feeding cell out.
+// First cell of such a chain, with two equal addends. Synthesis makes its carry in, which has no
+// effect, a constant; only where there is none does nextpnr leave the feeding cell out. In the first
+// cell of a chain of Yosys's own map, the carry in is added to two addends and stays.
 (* techmap_celltype = "CCU2C" *)
 module _81_ecp5_first (
   input CIN, A0, B0, C0, D0, A1, B1, C1, D1,
@@ -95,8 +96,11 @@ module _81_ecp5_first (
   parameter INJECT1_1 = "NO";
   parameter _TECHMAP_CONSTMSK_CIN_ = 0;
   parameter _TECHMAP_CONSTVAL_CIN_ = 0;
+  parameter _TECHMAP_CONNMAP_A0_ = 0;
+  parameter _TECHMAP_CONNMAP_B0_ = 0;
 
-  wire _TECHMAP_FAIL_ = _TECHMAP_CONSTMSK_CIN_ !== 1'b1 || _TECHMAP_CONSTVAL_CIN_ === 1'bx;
+  wire _TECHMAP_FAIL_ = _TECHMAP_CONSTMSK_CIN_ !== 1'b1 || _TECHMAP_CONSTVAL_CIN_ === 1'bx
+    || _TECHMAP_CONNMAP_A0_ !== _TECHMAP_CONNMAP_B0_;
 
   CCU2C #(
     .INIT0(INIT0), .INIT1(INIT1), .INJECT1_0(INJECT1_0), .INJECT1_1(INJECT1_1)

@@ -106,12 +106,9 @@ class Platform:
     cells = Ecp5Cells()
 
 
-def test_a_chain_has_no_cell_before_it(tmp_path):
-    """Both kinds of sums take one chain, which only the first bit feeds."""
-    text = verilog.convert(
-        AddSubtract(8), name="chip", platform=Platform(), strip_internal_attrs=True
-    )
-    (tmp_path / "chip.v").write_text(text)
+def synthesized(text, folder):
+    """Return the cells of the module ``chip`` after the synthesis of the boards."""
+    (folder / "chip.v").write_text(text)
     script = "\n".join(
         [
             "read_verilog chip.v",
@@ -121,15 +118,32 @@ def test_a_chain_has_no_cell_before_it(tmp_path):
             "write_json chip.json",
         ]
     )
-    (tmp_path / "chip.ys").write_text(script)
-    run_tool("yosys", ["-q", "chip.ys"], tmp_path)
-    cells = json.loads((tmp_path / "chip.json").read_text())["modules"]["chip"]["cells"].values()
-    cells = [cell for cell in cells if cell["type"] != "$scopeinfo"]
+    (folder / "chip.ys").write_text(script)
+    run_tool("yosys", ["-q", "chip.ys"], folder)
+    cells = json.loads((folder / "chip.json").read_text())["modules"]["chip"]["cells"].values()
+    return [cell for cell in cells if cell["type"] != "$scopeinfo"]
+
+
+def test_a_chain_has_no_cell_before_it(tmp_path):
+    """Both kinds of sums take one chain, which only the first bit feeds."""
+    text = verilog.convert(
+        AddSubtract(8), name="chip", platform=Platform(), strip_internal_attrs=True
+    )
+    cells = synthesized(text, tmp_path)
     chain = [cell["connections"]["CIN"][0] for cell in cells if cell["type"] == "CCU2C"]
     # One bit to begin with, and eight; the second bit of the last cell would be the carry out.
     assert len(chain) == 5
     assert chain.count("x") == 1
     assert len(cells) == len(chain)
+
+
+def test_a_chain_of_yosys_keeps_its_carry_in(tmp_path):
+    """Sums of 5 and 6 bits take Yosys's own chains, whose first bits are the operands'."""
+    text = "module chip(input [4:0] a, b, output [4:0] y); assign y = a + b; endmodule\n"
+    chain = [cell["connections"] for cell in synthesized(text, tmp_path) if cell["type"] == "CCU2C"]
+    firsts = [pins for pins in chain if isinstance(pins["CIN"][0], str)]
+    assert [pins["CIN"] for pins in firsts] == [["0"]]
+    assert firsts[0]["A0"] != firsts[0]["B0"]
 
 
 def multiplier():

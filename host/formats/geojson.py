@@ -20,12 +20,10 @@ from pathgene.host.formats.features import (
     Edges,
     Feature,
     LeftOut,
-    Limit,
     Read,
-    Reference,
     label,
 )
-from pathgene.host.formats.limits import limit_text, stated_limits
+from pathgene.host.formats.limits import Own, own_limits, plain_number, stated_limits
 from pathgene.host.formats.places import DEGREE_DECIMALS
 from pathgene.host.formats.shapes import Ring, Shape, wound
 from pathgene.host.formats.track import Point, Track
@@ -279,7 +277,7 @@ def _read(number: int, feature: Any, placing: Placing, is_own: bool) -> Iterator
     try:
         found, others = areas(geometry, placing, is_circle=properties.get("radius_m") is not None)
         common = _numbers(properties)
-        lower, upper, heights = _heights(properties)
+        heights = _heights(properties)
     except InputError as error:
         yield Bad(tag, str(error))
         return
@@ -294,13 +292,15 @@ def _read(number: int, feature: Any, placing: Placing, is_own: bool) -> Iterator
             name,
             rings,
             radius_m=common["radius_m"] if is_circle else None,
-            lower=lower,
-            upper=upper,
+            lower=heights.lower,
+            upper=heights.upper,
             edges=Edges.FRAME if is_own and properties.get("kind") == "zone" else Edges.DEGREES,
             t0_s=common["t0"],
             t1_s=common["t1"],
             is_local=placing.is_local,
-            unread=unread(properties, (*_READ, *heights)),
+            unread=unread(properties, (*_READ, *heights.read)),
+            # Files of our own always state metres above sea level by numbers.
+            remarks=() if is_own else heights.remarks,
         )
 
 
@@ -324,34 +324,19 @@ def _numbers(properties: dict[str, Any]) -> dict[str, float | None]:
     """Return radius and times of a feature; None for no limit."""
     values: dict[str, float | None] = {}
     for key in _NUMBERS:
-        value = properties.get(key)
+        value = plain_number(properties.get(key))
         if value is not None and not is_number(value):
             raise InputError(f"{key} must be a finite number, not {value!r}.")
         values[key] = None if value is None else float(value)
     return values
 
 
-def _heights(properties: dict[str, Any]) -> tuple[Limit | None, Limit | None, tuple[str, ...]]:
-    """Return the limits: our own in metres AMSL, or as foreign properties state them.
-
-    The third value has the names of the properties that state the limits.
-    """
-    own = [_height(key, properties.get(key)) for key in ("lower", "upper")]
-    lower, upper, read = stated_limits(properties)
+def _heights(properties: dict[str, Any]) -> Own:
+    """Return the limits: our own in metres AMSL, or as foreign properties state them."""
+    own = own_limits(properties)
     if any(properties.get(key) is not None for key in ("lower", "upper")):
-        return own[0], own[1], ()
-    return lower, upper, read
-
-
-def _height(key: str, value: Any) -> Limit | None:
-    if isinstance(value, str):
-        try:
-            return limit_text(value)
-        except ValueError:
-            pass
-    if value is not None and not is_number(value):
-        raise InputError(f"{key} must be a finite number, not {value!r}.")
-    return None if value is None else Limit(float(value), Reference.AMSL)
+        return own
+    return Own(*stated_limits(properties), ())
 
 
 def _is_own(geometry: dict[str, Any], properties: dict[str, Any]) -> bool:

@@ -4,14 +4,25 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from pathgene.host.errors import InputError
 from pathgene.host.formats.features import Limit, Reference
-from pathgene.host.numeric import is_number
+from pathgene.host.numeric import is_number, parse
+from pathgene.host.remarks import Grade, Remark
 
 
-__all__ = ["FOOT_M", "above_ground", "height_of", "limit", "limit_text", "stated_limits"]
+__all__ = [
+    "FOOT_M",
+    "Own",
+    "above_ground",
+    "height_of",
+    "limit",
+    "limit_text",
+    "own_limits",
+    "plain_number",
+    "stated_limits",
+]
 
 FOOT_M = 0.3048
 _FLIGHT_LEVEL_M = 100 * FOOT_M
@@ -24,7 +35,7 @@ _UNITS_M = {
 _REFERENCES = {
     **dict.fromkeys(("AMSL", "MSL", "ASL", "ALT", "QNH"), Reference.AMSL),
     **dict.fromkeys(("AGL", "ASFC", "GND", "GROUND", "SFC", "SURFACE"), Reference.AGL),
-    **dict.fromkeys(("WGS84", "WGS"), Reference.WGS84),
+    **dict.fromkeys(("WGS84", "WGS", "HAE"), Reference.WGS84),
     "STD": Reference.STANDARD,
 }
 _GROUND = frozenset({"GND", "GROUND", "SFC", "SURFACE"})
@@ -37,13 +48,22 @@ _NUMBER = re.compile(r"[-+]?(?:\d+|\d{1,3}(?:,\d{3})+)(?:\.\d{1,2}|\.\d{4,}|\.0*
 # Properties that state a lower and an upper limit; the first one present of each is read.
 _LOWER = ("lowerLimit", "lower_limit", "lowerCeiling", "lowerAltitude", "floor", "bottom", "base")
 _UPPER = ("upperLimit", "upper_limit", "upperCeiling", "upperAltitude", "ceiling", "top")
+# Names of properties, as letters only, that state unit or reference of ``lower`` and ``upper``.
+_BESIDE = re.compile(
+    r"(?P<before>lower|upper)?(vertical|altitude|alt|height|heights|limit|limits)?"
+    r"(?:(?P<unit>units?|uom)|(?P<reference>ref|reference|datum))(?P<after>lower|upper)?"
+)
 
 
 def above_ground(height_m: float) -> str:
     """Return the text of a limit above the ground, from which :func:`limit_text` reads it."""
-    text = repr(float(height_m)).removesuffix(".0")
-    # Three decimals could be thousands.
-    return f"{text}{'0' if re.search(r'[.][0-9]{3}$', text) else ''} m AGL"
+    return f"{_number_text(height_m)} m AGL"
+
+
+def _number_text(number: float) -> str:
+    """Return the text of a number in which no point could separate thousands."""
+    text = repr(float(number)).removesuffix(".0")
+    return f"{text}0" if re.search(r"[.][0-9]{3}$", text) else text
 
 
 def limit(value: Any, unit: Any, reference: Any) -> Limit:
@@ -97,14 +117,15 @@ def limit_text(text: str, unit: str | None = None, reference: str | None = None)
     if len(words) == 1 and words[0] in _GROUND:
         return Limit(0.0, Reference.AGL, words[0])
     numbers = [word for word in words if word[-1] in "0123456789.," and not word.startswith("WGS")]
-    units = [word for word in words if word in _UNITS_M]
+    # A unit may stand in the text and beside it.
+    units = list(dict.fromkeys(word for word in words if word in _UNITS_M))
     stated = [word for word in words if word in _REFERENCES]
     surfaces = {_REFERENCES[word] for word in stated}
     # A point before three digits may be a decimal point or separate thousands, and a minus after a
     # word may separate two limits.
     is_number_clear = len(numbers) == 1 and _NUMBER.fullmatch(numbers[0]) is not None
     is_number_clear = is_number_clear and ("-" not in numbers[0] or words[0] == numbers[0])
-    is_all_known = len(numbers) + len(units) + len(stated) == len(words)
+    is_all_known = len(numbers) + len(stated) == sum(word not in _UNITS_M for word in words)
     if not is_number_clear or not is_all_known or len(units) > 1 or len(surfaces) > 1:
         raise ValueError(text)
     chosen_unit = units[0] if units else unit
@@ -145,6 +166,124 @@ def height_of(text: str, what: str) -> Limit:
             f"'120 m AGL', not {text!r}."
         )
     return stated
+
+
+class Own(NamedTuple):
+    """The limits ``lower`` and ``upper`` of a zone.
+
+    ``read`` has the names of the properties beside them that state unit or reference, ``remarks``
+    a note on each assumption.
+    """
+
+    lower: Limit | None
+    upper: Limit | None
+    read: tuple[str, ...]
+    remarks: tuple[Remark, ...]
+
+
+def own_limits(properties: Mapping[str, Any]) -> Own:
+    """Return the limits that the properties ``lower`` and ``upper`` state.
+
+    A limit is a number or a text such as ``120 m AGL``. Unit and reference may stand beside it, as
+    ``unit`` or ``upper_reference``. A number without them is in metres above mean sea level.
+
+    Raises
+    ------
+    InputError
+        If a limit, or a unit or reference beside it, is invalid.
+    """
+    limits: list[Limit | None] = []
+    read: list[str] = []
+    assumed: list[str] = []
+    for side in ("lower", "upper"):
+        value = properties.get(side)
+        if value is None or (isinstance(value, str) and value.strip() in ("", "none")):
+            limits.append(None)
+            continue
+        beside = _beside(properties, side)
+        read += (name for name, _ in beside.values())
+        limits.append(_own_limit(side, value, beside))
+        if isinstance(value, str) and plain_number(value) is value:
+            continue
+        if not beside:
+            assumed.append("limits without a unit or reference are metres above sea level")
+        elif "unit" not in beside and not _is_level(limits[-1]):
+            assumed.append("limits without a unit are metres")
+        elif "reference" not in beside and not _is_level(limits[-1]):
+            assumed.append("limits without a reference are above sea level")
+    remarks = tuple(Remark(Grade.NOTE, text) for text in dict.fromkeys(assumed))
+    return Own(limits[0], limits[1], tuple(dict.fromkeys(read)), remarks)
+
+
+def _is_level(stated: Limit | None) -> bool:
+    return stated is not None and stated.reference is Reference.STANDARD
+
+
+def _beside(properties: Mapping[str, Any], side: str) -> dict[str, tuple[str, Any]]:
+    """Return the properties that state ``unit`` and ``reference`` of a limit, with their names.
+
+    Raises
+    ------
+    InputError
+        If two properties contradict each other.
+    """
+    found: dict[str, tuple[str, Any]] = {}
+    own: set[str] = set()
+    for name, value in properties.items():
+        match = _BESIDE.fullmatch(re.sub("[^a-z]", "", name.lower()))
+        if match is None or value is None or (isinstance(value, str) and not value.strip()):
+            continue
+        named = match["before"] or match["after"]
+        kind = "unit" if match["unit"] else "reference"
+        if named not in (None, side) or (kind in own and named is None):
+            continue
+        if kind in found and (kind in own or named is None) and found[kind][1] != value:
+            raise InputError(f"{found[kind][0]} and {name} contradict each other.")
+        found[kind] = name, value
+        if named:
+            own.add(kind)
+    return found
+
+
+def _own_limit(side: str, value: Any, beside: Mapping[str, tuple[str, Any]]) -> Limit | None:
+    value = plain_number(value)
+    if is_number(value):
+        if not beside:
+            return Limit(float(value), Reference.AMSL)
+        text, unit, reference = _number_text(value), "M", "AMSL"
+    elif isinstance(value, str):
+        text, unit, reference = value, None, None
+    else:
+        raise InputError(f"{side} must be a finite number, not {value!r}.")
+    if not re.search("[0-9]", text):
+        beside = {}
+    try:
+        return limit_text(
+            " ".join((text, *(str(word) for _, word in beside.values()))), unit, reference
+        )
+    except ValueError:
+        pass
+    if beside:
+        stated = " and ".join(f"{name} {word!r}" for name, word in beside.values())
+        raise InputError(
+            f"its {side} {value!r} with {stated} is no height; give m, ft or FL, and AMSL, AGL or "
+            "WGS84."
+        )
+    try:
+        limit_text(text, None, "AMSL")
+    except ValueError:
+        raise InputError(f"{side} must be a finite number, not {value!r}.") from None
+    raise InputError(f"{side} {value!r} has no reference; add AMSL or AGL: '{value.strip()} AMSL'.")
+
+
+def plain_number(value: Any) -> Any:
+    """Return the number of a text that is only a number, as tables state it, or the value."""
+    if isinstance(value, str):
+        try:
+            return parse(value.strip())
+        except ValueError:
+            pass
+    return value
 
 
 def stated_limits(

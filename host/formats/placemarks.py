@@ -23,7 +23,7 @@ from pathgene.host.formats.features import (
     Reference,
     label,
 )
-from pathgene.host.formats.limits import limit_text, stated_limits
+from pathgene.host.formats.limits import own_limits, stated_limits
 from pathgene.host.numeric import parse
 
 
@@ -117,7 +117,7 @@ def placemark(
     tag = label(kind, number, name)
     try:
         numbers = {key: _number(key, data.get(key, "none")) for key in _NUMBERS}
-        limits = {key: _limit(key, data.get(key, "none")) for key in _LIMITS}
+        limits = own_limits(data)
         circle = _circle(element, data) if numbers["radius_m"] is not None else None
         drawn = [] if circle else _drawn(element)
         areas = [] if is_ours else list(_joined(drawn))
@@ -132,11 +132,12 @@ def placemark(
         "t0_s": numbers["t0"],
         "t1_s": numbers["t1"],
         "unread": (
-            *unread(data, (*_READ, *named)),
+            *unread(data, (*_READ, *named, *limits.read)),
             *dict.fromkeys(limiting),
         ),
+        "remarks": () if is_ours else limits.remarks,
     }
-    own = limits["lower"], limits["upper"]
+    own = limits.lower, limits.upper
     if circle:
         radius_m = numbers["radius_m"]
         yield Feature(number, name, ((circle,),), radius_m, *own, **common)
@@ -354,15 +355,6 @@ def _number(key: str, text: str) -> float | None:
         raise InputError(
             f"the extended data {key} must be a number or none, not {text!r}."
         ) from None
-
-
-def _limit(key: str, text: str) -> Limit | None:
-    """Return a limit: metres above mean sea level, or a text with its reference."""
-    try:
-        return limit_text(text)
-    except (ValueError, InputError):
-        height_m = _number(key, text)
-    return None if height_m is None else Limit(height_m, Reference.AMSL)
 
 
 def tag_of(element: ET.Element) -> str:

@@ -167,7 +167,7 @@ def test_a_point_with_a_radius_is_a_circle(tmp_path):
                 "",
                 data="<ExtendedData><Data name='upper'><value>high</value></Data></ExtendedData>",
             ),
-            "placemark 1, \"R-1\": the extended data upper must be a number or none, not 'high'.",
+            "placemark 1, \"R-1\": upper must be a finite number, not 'high'.",
         ),
         (
             "<kml><Placemark><Polygon/></Placemark></kml>",

@@ -1,0 +1,131 @@
+"""Zone files that are plausible and were once read in another sense without a word."""
+
+import json
+
+import pytest
+
+from pathgene.host.formats import geojson, kml
+from pathgene.host.formats.content import Content
+from pathgene.host.formats.features import Bad, Limit, Reference
+
+
+RING = [[9.0, 45.0], [9.01, 45.0], [9.01, 45.01], [9.0, 45.0]]
+
+
+def document(properties, geometry=None):
+    geometry = geometry or {"type": "Polygon", "coordinates": [RING]}
+    return {"type": "Feature", "properties": properties, "geometry": geometry}
+
+
+def reads(value, reader=geojson):
+    text = value if isinstance(value, str) else json.dumps(value)
+    return list(reader.features(Content(text.encode())))
+
+
+def placemark(properties):
+    data = "".join(
+        f'<Data name="{name}"><value>{value}</value></Data>' for name, value in properties.items()
+    )
+    corners = " ".join(f"{lon},{lat}" for lon, lat in RING)
+    return (
+        f"<kml><Placemark><ExtendedData>{data}</ExtendedData><Polygon><outerBoundaryIs><LinearRing>"
+        f"<coordinates>{corners}</coordinates></LinearRing></outerBoundaryIs></Polygon></Placemark>"
+        "</kml>"
+    )
+
+
+def both(properties):
+    """Return the features of the same properties in GeoJSON and in KML."""
+    return [*reads(document(properties)), *reads(placemark(properties), kml)]
+
+
+def amsl(metres):
+    return Limit(metres, Reference.AMSL)
+
+
+def agl(metres):
+    return Limit(metres, Reference.AGL)
+
+
+@pytest.mark.parametrize(
+    ("properties", "lower", "upper", "notes"),
+    [
+        (
+            {"lower": 400, "upper": 3000, "unit": "ft"},
+            amsl(121.92),
+            amsl(914.4),
+            ["limits without a reference are above sea level"],
+        ),
+        (
+            {"lower": 0, "upper": 120.125, "reference": "AGL", "unit": "m"},
+            agl(0),
+            agl(120.125),
+            [],
+        ),
+        ({"upper": 400, "upper_uom": "FT", "Upper_Ref": "SFC"}, None, agl(121.92), []),
+        ({"upper": 400, "datum": "agl"}, None, agl(400), ["limits without a unit are metres"]),
+        ({"upper": 95, "unit": "FL"}, None, Limit(2895.6, Reference.STANDARD), []),
+        ({"upper": 95, "reference": "FL"}, None, Limit(2895.6, Reference.STANDARD), []),
+        ({"upper": 50, "reference": "HAE", "uom": "m"}, None, Limit(50, Reference.WGS84), []),
+        (
+            {"lower": 1, "upper": 2, "unit": "m", "lowerReference": "AGL", "refUpper": "MSL"},
+            agl(1),
+            amsl(2),
+            [],
+        ),
+        ({"lower": "GND", "upper": "400 ft", "unit": "ft", "ref": "AGL"}, agl(0), agl(121.92), []),
+        (
+            {"lower": "0", "upper": " 600 "},
+            amsl(0),
+            amsl(600),
+            ["limits without a unit or reference are metres above sea level"],
+        ),
+        ({"upper": "120 m AGL"}, None, agl(120), []),
+        ({"upper": "", "unit": "ft"}, None, None, []),
+    ],
+)
+def test_unit_and_reference_beside_a_limit_are_read(properties, lower, upper, notes):
+    for feature in both(properties):
+        for found, wanted in ((feature.lower, lower), (feature.upper, upper)):
+            if wanted is None:
+                assert found is None
+            else:
+                assert found.reference is wanted.reference
+                assert found.height_m == pytest.approx(wanted.height_m)
+        assert [remark.text for remark in feature.remarks] == notes
+        assert feature.unread == ()
+
+
+@pytest.mark.parametrize(
+    ("properties", "reason"),
+    [
+        (
+            {"upper": 400, "unit": "yards"},
+            " with unit 'yards' is no height; give m, ft or FL, and AMSL, AGL or WGS84.",
+        ),
+        (
+            {"upper": 120, "reference": "QFE"},
+            " with reference 'QFE' is no height; give m, ft or FL, and AMSL, AGL or WGS84.",
+        ),
+        (
+            {"upper": "400 ft AMSL", "reference": "AGL"},
+            "its upper '400 ft AMSL' with reference 'AGL' is no height; give m, ft or FL, and "
+            "AMSL, AGL or WGS84.",
+        ),
+        ({"upper": 120, "unit": "m", "uom": "ft"}, "unit and uom contradict each other."),
+        (
+            {"upper": "2000 ft"},
+            "upper '2000 ft' has no reference; add AMSL or AGL: '2000 ft AMSL'.",
+        ),
+    ],
+)
+def test_unknown_unit_or_reference_makes_a_zone_bad(properties, reason):
+    for part in both(properties):
+        assert isinstance(part, Bad)
+        assert part.reason.endswith(reason)
+
+
+def test_table_columns_of_text_are_numbers():
+    point = {"type": "Point", "coordinates": [9.0, 45.0]}
+    (circle,) = reads(document({"radius_m": "250", "t0": "5"}, point))
+    assert (circle.radius_m, circle.t0_s) == (250.0, 5.0)

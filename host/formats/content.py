@@ -111,6 +111,11 @@ class Content:
         return "utf-8-sig" if _WIDE.match(encoding) else encoding
 
     @property
+    def is_empty(self) -> bool:
+        """True if there is nothing but blanks, a mark of the order of bytes, or separators."""
+        return not self.text.replace(_SEPARATOR, "").replace("\ufeff", "").strip()
+
+    @property
     def is_text(self) -> bool:
         """True if the text has no control characters, which binary files have."""
         return _CONTROL.search(self.text) is None
@@ -207,6 +212,8 @@ def _sequence(text: str, why: str) -> tuple[Any, str | None]:
             return None, why
         listed = value.get("features") if value.get("type") == "FeatureCollection" else None
         members += listed if isinstance(listed, list) else [value]
+    if not members:
+        return None, "it is empty"
     return {"type": "FeatureCollection", "features": members}, None
 
 

@@ -231,6 +231,8 @@ def read_features(path: str | Path) -> tuple[str, Iterable[Read]]:
     from pathgene.host.formats.content import read_content
 
     content = read_content(path)
+    if content.is_empty:
+        raise InputError(f"No-fly file {str(path)!r} is empty; give {zone_files()}.")
     rows = (row for row in FORMATS if row.zones)
     found = next((row for row in rows if row.module.recognises(content)), None)
     if found is None:

@@ -4,9 +4,11 @@ import json
 
 import pytest
 
+from pathgene.host.errors import InputError
 from pathgene.host.formats import geojson, kml
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Bad, Limit, Reference
+from pathgene.host.formats.registry import read_features
 
 
 RING = [[9.0, 45.0], [9.01, 45.0], [9.01, 45.01], [9.0, 45.0]]
@@ -129,3 +131,12 @@ def test_table_columns_of_text_are_numbers():
     point = {"type": "Point", "coordinates": [9.0, 45.0]}
     (circle,) = reads(document({"radius_m": "250", "t0": "5"}, point))
     assert (circle.radius_m, circle.t0_s) == (250.0, 5.0)
+
+
+@pytest.mark.parametrize("data", [b"", b" \n\t\r\n", b"\xef\xbb\xbf", b"\xff\xfe", b"\x1e\n"])
+@pytest.mark.parametrize("name", ["zones.geojson", "zones.kml", "zones.txt", "zones"])
+def test_refuses_an_empty_file(tmp_path, data, name):
+    file = tmp_path / name
+    file.write_bytes(data)
+    with pytest.raises(InputError, match=r"^No-fly file .* is empty; give GeoJSON, "):
+        read_features(file)

@@ -167,10 +167,27 @@ def _fences(geofence: dict[str, Any]) -> Iterator[Fence]:
     for circle in geofence["circles"]:
         lat, lon = numbers(circle["circle"]["center"], 2)
         radius_m = as_number(circle["circle"]["radius"])
-        yield FenceCircle(lat, lon, radius_m, bool(circle["inclusion"]))
+        yield FenceCircle(lat, lon, radius_m, _keeps_in(circle))
     for polygon in geofence["polygons"]:
         corners = tuple(numbers(corner, 2) for corner in polygon["polygon"])
-        yield FencePolygon(corners, bool(polygon["inclusion"]))
+        yield FencePolygon(corners, _keeps_in(polygon))
+
+
+def _keeps_in(fence: Any) -> bool:
+    """Return whether a fence is one to stay in.
+
+    Raises
+    ------
+    InputError
+        If its member ``inclusion`` is missing, or neither true nor false.
+    """
+    if not isinstance(fence, dict) or "inclusion" not in fence:
+        raise InputError('a fence has no member "inclusion"; give true (stay in) or false.')
+    value = fence["inclusion"]
+    # A text such as "false" would be true.
+    if not isinstance(value, bool | int | float) or value not in (0, 1):
+        raise InputError(f'"inclusion" of a fence must be true or false, not {value!r}.')
+    return bool(value)
 
 
 def recognises(content: Content) -> bool:
@@ -219,6 +236,7 @@ def _fence_feature(kind: str, number: int, item: Any, edges: Edges) -> Feature:
         If it is bad.
     """
     radius_m = None
+    keeps_in = _keeps_in(item)
     if kind == "circle":
         corners = [item["circle"]["center"]]
         radius_m = as_number(item["circle"]["radius"])
@@ -230,10 +248,10 @@ def _fence_feature(kind: str, number: int, item: Any, edges: Edges) -> Feature:
     check_degrees(ring, "latitude comes first.")
     return Feature(
         number,
-        f"outside of fence {kind} {number}" if item["inclusion"] else "",
+        f"outside of fence {kind} {number}" if keeps_in else "",
         (ring,),
         radius_m,
         edges=edges,
         kind=f"fence {kind}",
-        keeps_in=bool(item["inclusion"]),
+        keeps_in=keeps_in,
     )

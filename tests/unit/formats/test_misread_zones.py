@@ -5,7 +5,7 @@ import json
 import pytest
 
 from pathgene.host.errors import InputError
-from pathgene.host.formats import geojson, kml
+from pathgene.host.formats import geojson, kml, plan
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Bad, Limit, Reference
 from pathgene.host.formats.registry import read_features
@@ -140,3 +140,30 @@ def test_refuses_an_empty_file(tmp_path, data, name):
     file.write_bytes(data)
     with pytest.raises(InputError, match=r"^No-fly file .* is empty; give GeoJSON, "):
         read_features(file)
+
+
+def fences(inclusion):
+    fence = {"version": 1, "polygon": [[45.0, 9.0], [45.0, 9.1], [45.1, 9.1]]} | inclusion
+    geofence = {"version": 2, "circles": [], "polygons": [fence]}
+    return reads({"fileType": "Plan", "geoFence": geofence}, plan)
+
+
+@pytest.mark.parametrize(
+    ("value", "keeps_in"), [(True, True), (1, True), (False, False), (0, False)]
+)
+def test_inclusion_of_a_fence_is_true_or_false(value, keeps_in):
+    (fence,) = fences({"inclusion": value})
+    assert fence.keeps_in is keeps_in
+
+
+@pytest.mark.parametrize(
+    ("inclusion", "why"),
+    [
+        ({"inclusion": "false"}, "\"inclusion\" of a fence must be true or false, not 'false'"),
+        ({"inclusion": 2}, '"inclusion" of a fence must be true or false, not 2'),
+        ({"inclusion": None}, '"inclusion" of a fence must be true or false, not None'),
+        ({}, 'a fence has no member "inclusion"; give true (stay in) or false'),
+    ],
+)
+def test_other_inclusions_make_a_fence_bad(inclusion, why):
+    assert fences(inclusion) == [Bad("fence polygon 1", f"the polygon is bad ({why}).")]

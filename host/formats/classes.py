@@ -4,12 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
 
 from pathgene.host.errors import InputError
 
 
-__all__ = ["BY_NAME", "CLASSES", "AirspaceClass", "forbidding", "forbids", "of_openaip", "of_word"]
+__all__ = [
+    "BY_NAME",
+    "CLASSES",
+    "DEFAULT",
+    "AirspaceClass",
+    "forbidding",
+    "forbids",
+    "of_icao",
+    "of_openaip",
+    "of_word",
+    "type_and_class",
+]
 
 
 @dataclass(frozen=True)
@@ -110,7 +120,10 @@ CLASSES = (
 BY_NAME = MappingProxyType({row.name: row for row in CLASSES})
 _BY_WORD = {word: row for row in CLASSES for word in (row.name, *row.words)}
 _BY_NUMBER = {row.openaip: row for row in CLASSES if row.openaip is not None}
-_DEFAULT = frozenset(row.name for row in CLASSES if row.forbids)
+#: Names of the classes that forbid by default.
+DEFAULT = frozenset(row.name for row in CLASSES if row.forbids)
+# The class of areas whose type or class says nothing.
+_NOTHING = "OTHER"
 # Classes of ICAO by their numbers in openAIP.
 _ICAO = "ABCDEFG"
 _NO_CLASS = 8
@@ -123,24 +136,42 @@ def of_word(text: str) -> str:
     return row.name if row else word
 
 
-def of_openaip(number: int, icao_class: Any = None) -> str:
-    """Return the name of the class of an openAIP type; type 0 has the ICAO class, if any.
+def of_openaip(number: int) -> str:
+    """Return the name of the class of an openAIP type.
 
     Raises
     ------
     InputError
-        If there is no such type or class.
+        If there is no such type.
     """
-    if isinstance(icao_class, int) and icao_class not in (*range(len(_ICAO)), _NO_CLASS):
-        raise InputError(
-            f"{icao_class!r} is no ICAO class of openAIP, which has 0 to 6, and {_NO_CLASS} for "
-            "none."
-        )
     if number not in _BY_NUMBER:
         raise InputError(f"{number!r} is no type of openAIP, which has 0 to 36.")
-    if number == 0 and isinstance(icao_class, int) and icao_class in range(len(_ICAO)):
-        return _ICAO[icao_class]
     return _BY_NUMBER[number].name
+
+
+def of_icao(number: int) -> str:
+    """Return the name of an ICAO class of openAIP; OTHER for none.
+
+    Raises
+    ------
+    InputError
+        If there is no such class.
+    """
+    if number not in (*range(len(_ICAO)), _NO_CLASS):
+        raise InputError(
+            f"{number!r} is no ICAO class of openAIP, which has 0 to 6, and {_NO_CLASS} for none."
+        )
+    return _NOTHING if number == _NO_CLASS else _ICAO[number]
+
+
+def type_and_class(type_name: str, class_name: str) -> tuple[str, str]:
+    """Return the category of a zone, and its class if that is another one, otherwise nothing.
+
+    The category is the type, or the class where the type is ``OTHER``.
+    """
+    if type_name == _NOTHING:
+        return class_name, ""
+    return type_name, "" if class_name in (_NOTHING, type_name) else class_name
 
 
 def forbidding(text: str) -> frozenset[str]:
@@ -155,7 +186,7 @@ def forbidding(text: str) -> frozenset[str]:
     for part in text.split(","):
         word = part.strip().upper()
         if word == "DEFAULT":
-            found |= _DEFAULT
+            found |= DEFAULT
         elif word == "ALL":
             found |= set(BY_NAME)
         elif word in _BY_WORD:
@@ -168,6 +199,7 @@ def forbidding(text: str) -> frozenset[str]:
     return frozenset(found)
 
 
-def forbids(category: str, chosen: frozenset[str] = _DEFAULT) -> bool:
-    """Return whether a class forbids flight; unknown and empty classes do."""
-    return category in chosen or category not in BY_NAME
+def forbids(category: str, chosen: frozenset[str] = DEFAULT, *, airspace_class: str = "") -> bool:
+    """Return whether a category, or the class beside it, forbids flight; unknown ones do."""
+    names = (category, airspace_class) if airspace_class else (category,)
+    return any(name in chosen or name not in BY_NAME for name in names)

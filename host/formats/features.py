@@ -148,6 +148,9 @@ class Feature:
     remarks : tuple of Remark
         Clauses about the area, such as ``its heights contradict each other``; the report adds the
         names of the file and the area.
+    airspace_class : str
+        Class of airspace beside a category that is a type, such as ``D``; empty for none. The area
+        forbids if either forbids.
     """
 
     number: int
@@ -167,6 +170,7 @@ class Feature:
     is_local: bool = False
     unread: tuple[str, ...] = ()
     remarks: tuple[Remark, ...] = ()
+    airspace_class: str = ""
 
     @property
     def label(self) -> str:

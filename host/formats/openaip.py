@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from pathgene.host.errors import InputError
@@ -63,8 +63,8 @@ def _airspace(member: Member) -> Iterator[Read]:
         yield LeftOut(member.label, "it has no geometry")
         return
     facts = member.properties
-    category = _category(facts)
-    forbids = classes.forbids(category)
+    category, airspace_class = _type_and_class(facts)
+    forbids = classes.forbids(category, airspace_class=airspace_class)
     names = next((pair for pair in _LIMITS if any(name in facts for name in pair)), _LIMITS[0])
     unread: list[str] = []
     limits = list(_limits(facts, names, unread))
@@ -86,6 +86,7 @@ def _airspace(member: Member) -> Iterator[Read]:
             periods,
             category,
             forbids=forbids,
+            airspace_class=airspace_class,
             unread=tuple(unread),
             remarks=remarks,
         )
@@ -107,14 +108,18 @@ def _remarks(facts: Mapping[str, Any], *, forbids: bool) -> Iterator[Remark]:
             yield Remark(Grade.WARNING, why)
 
 
-def _category(facts: Mapping[str, Any]) -> str:
-    """Return the class from the type's number, or from its word, or the ICAO class."""
-    kind = facts.get("type", 0)
-    icao = facts.get("icaoClass", facts.get("class"))
-    if isinstance(kind, int) and not isinstance(kind, bool) and not isinstance(icao, str):
-        return classes.of_openaip(kind, icao)
-    word = classes.of_word(kind) if isinstance(kind, str) and kind != "Feature" else "OTHER"
-    return classes.of_word(icao) if word == "OTHER" and isinstance(icao, str) else word
+def _type_and_class(facts: Mapping[str, Any]) -> tuple[str, str]:
+    """Return the type, from its number or word, and the ICAO class, from its number or letter."""
+    kind, icao = facts.get("type"), facts.get("icaoClass", facts.get("class"))
+    # An airspace that is no Feature has its own type there.
+    type_name = "OTHER" if kind == "Feature" else _name(kind, classes.of_openaip)
+    return classes.type_and_class(type_name, _name(icao, classes.of_icao))
+
+
+def _name(stated: Any, of_number: Callable[[int], str]) -> str:
+    if isinstance(stated, int) and not isinstance(stated, bool):
+        return of_number(stated)
+    return classes.of_word(stated) if isinstance(stated, str) else "OTHER"
 
 
 def _limits(

@@ -85,10 +85,10 @@ class _Airspace:
         return bool(self.outline or self.circles or self.airway or self.fault)
 
     @property
-    def category(self) -> str:
-        """The type of version 2 if there is one, otherwise the class."""
-        found = classes.of_word(self.kind) if self.kind else "OTHER"
-        return classes.of_word(self.airspace_class) if found == "OTHER" else found
+    def type_and_class(self) -> tuple[str, str]:
+        """The type of version 2 if there is one, and the class."""
+        kind = classes.of_word(self.kind) if self.kind else "OTHER"
+        return classes.type_and_class(kind, classes.of_word(self.airspace_class))
 
 
 def recognises(content: Content) -> bool:
@@ -234,6 +234,7 @@ def _features(airspace: _Airspace) -> Iterator[Read]:
             unread.append(f"{name} {stated}")
         if name in airspace.limits and not stated:
             unread.append(name)
+    category, airspace_class = airspace.type_and_class
     for rings, radius_m, edges in shapes:
         yield Feature(
             airspace.number,
@@ -243,10 +244,11 @@ def _features(airspace: _Airspace) -> Iterator[Read]:
             limits.get("AL"),
             limits.get("AH"),
             periods,
-            airspace.category,
+            category,
             edges,
             kind="airspace",
-            forbids=classes.forbids(airspace.category),
+            forbids=classes.forbids(category, airspace_class=airspace_class),
+            airspace_class=airspace_class,
             unread=tuple(unread),
         )
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from pathgene.host.errors import InputError
-from pathgene.host.formats.classes import forbids
+from pathgene.host.formats.classes import DEFAULT, forbids
 from pathgene.host.formats.features import Bad, Feature, LeftOut, Reference
 from pathgene.host.formats.registry import read_features
 from pathgene.host.formats.shapes import Shape
@@ -19,7 +19,7 @@ from pathgene.host.problem.heights import Heights, Stated, encloses_nothing, fol
 from pathgene.host.problem.placing import Placed, place, swapped_on_map
 from pathgene.host.problem.rings import require_corners
 from pathgene.host.problem.zone_report import Record, report, touches
-from pathgene.host.remarks import Reading
+from pathgene.host.remarks import Grade, Reading, Remark
 from pathgene.host.terrain import Terrain
 
 
@@ -153,9 +153,15 @@ def _taken(
 
 def _chosen(feature: Feature, forbid: frozenset[str] | None) -> Feature:
     """Return a feature that forbids according to the user's choice, if it has a category."""
-    if forbid is None or not feature.category:
-        return feature
-    return replace(feature, forbids=forbids(feature.category, forbid))
+    category, airspace_class = feature.category, feature.airspace_class
+    if forbid is not None and category:
+        does = forbids(category, forbid, airspace_class=airspace_class)
+        feature = replace(feature, forbids=does)
+    chosen = DEFAULT if forbid is None else forbid
+    if airspace_class and feature.forbids and not forbids(category, chosen):
+        text = f"its type {category} does not forbid flight, but its class {airspace_class} does"
+        feature = replace(feature, remarks=(*feature.remarks, Remark(Grade.NOTE, text)))
+    return feature
 
 
 def _zones(

@@ -79,6 +79,7 @@ class Record:
             "part": feature.label,
             "name": feature.name,
             "category": feature.category,
+            "class": feature.airspace_class,
             "lower": None if feature.lower is None else feature.lower.described,
             "upper": None if feature.upper is None else feature.upper.described,
             "lower_m": _outermost(lows, min),
@@ -205,12 +206,17 @@ def _categories(name: str, records: Sequence[Record]) -> Iterator[Remark]:
     """Yield the note on features that inform only."""
     open_ = [record.feature for record in records if not record.feature.forbids]
     if open_:
-        kinds = ", ".join(sorted({feature.category or "none" for feature in open_}))
+        kinds = ", ".join(sorted(set(map(_category, open_))))
         yield Remark(
             Grade.NOTE,
             f"{name}: {_count(len(open_), 'zone')} of a category that does not forbid ({kinds}): "
             f"{_labels(feature.label for feature in open_)}; --forbid changes this.",
         )
+
+
+def _category(feature: Feature) -> str:
+    category, airspace_class = feature.category or "none", feature.airspace_class
+    return f"{category} of class {airspace_class}" if airspace_class else category
 
 
 def _powerless(

@@ -52,6 +52,14 @@ def test_a_list_replaces_the_classes_that_forbid():
     assert classes.forbids("UNHEARD OF", chosen)
 
 
+def test_a_class_beside_a_type_forbids_too():
+    assert classes.forbids("FIS", airspace_class="D")
+    assert classes.forbids("CTR", airspace_class="E")
+    assert not classes.forbids("FIS", airspace_class="E")
+    assert classes.forbids("FIS", classes.forbidding("default,E"), airspace_class="E")
+    assert not classes.forbids("FIS", classes.forbidding("CTR"), airspace_class="D")
+
+
 def test_default_and_all_stand_for_several():
     default = {row.name for row in classes.CLASSES if row.forbids}
     assert classes.forbidding("default") == default

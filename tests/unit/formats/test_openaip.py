@@ -92,6 +92,8 @@ def test_reads_what_the_parser_of_openaip_writes_from_openair():
     assert read(facts)[0].category == "D"
     del facts["type"]
     assert read(facts | {"class": "R"})[0].category == "RESTRICTED"
+    (found,) = read(facts | {"class": "G", "type": 3})
+    assert (found.category, found.forbids) == ("PROHIBITED", True)
 
 
 @pytest.mark.parametrize(
@@ -103,14 +105,17 @@ def test_reads_what_the_parser_of_openaip_writes_from_openair():
         (4, 3, "CTR", True),
         (10, 6, "FIR", False),
         (21, 4, "GLIDING", False),
+        (21, 3, "GLIDING", True),
+        (32, 3, "VFR", True),
+        (33, 2, "FIS", True),
+        (33, 4, "FIS", False),
+        (33, 8, "FIS", False),
         (0, 3, "D", True),
         (0, 4, "E", False),
         (0, 8, "OTHER", True),
     ],
 )
-def test_the_type_decides_and_the_class_where_the_type_says_nothing(
-    number, icao_class, category, forbids
-):
+def test_an_airspace_forbids_if_its_type_or_its_class_does(number, icao_class, category, forbids):
     (found,) = read(FACTS | {"type": number, "icaoClass": icao_class})
     assert (found.category, found.forbids) == (category, forbids)
 

@@ -84,6 +84,27 @@ def test_the_type_of_version_2_decides():
     assert (found.category, found.forbids) == ("GLIDING", False)
 
 
+@pytest.mark.parametrize(
+    ("lines", "category", "airspace_class", "forbids"),
+    [
+        (("AC D", "AY FIS"), "FIS", "D", True),
+        (("AC C", "AY VFRSEC"), "VFR", "C", True),
+        (("AC C", "AY ACCSEC"), "ACC", "C", True),
+        (("AC R", "AY GSEC"), "GLIDING", "RESTRICTED", True),
+        (("AC XYZ", "AY FIS"), "FIS", "XYZ", True),
+        (("AC E", "AY FIS"), "FIS", "E", False),
+        (("AC E", "AY TMZ"), "TMZ", "E", True),
+        (("AC CTR", "AY CTR"), "CTR", "", True),
+    ],
+)
+def test_a_type_that_informs_does_not_open_a_class_that_forbids(
+    lines, category, airspace_class, forbids
+):
+    (found,) = read(*lines, *CORNERS)
+    assert (found.category, found.airspace_class) == (category, airspace_class)
+    assert found.forbids is forbids
+
+
 def test_a_class_that_nobody_knows_forbids():
     (found,) = read("AC XYZ", *CORNERS)
     assert (found.category, found.forbids) == ("XYZ", True)

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from pathgene.host.errors import InputError
+from pathgene.host.formats.classes import forbidding as classes_of
+from pathgene.host.formats.classes import forbids
 from pathgene.host.formats.features import Feature, Limit, Period, Reference
 from pathgene.host.formats.features import LeftOut as Left
 from pathgene.host.problem import zone_intake
@@ -123,6 +125,36 @@ def test_a_zone_that_is_active_only_after_the_flight_is_a_warning(monkeypatch):
 def test_a_zone_without_size_is_a_warning(monkeypatch):
     point = Feature(1, "mast", ((ring(1000.0, 1000.0)[0][0],),), 0.0)
     assert any("it has no size" in text for text in said(read(monkeypatch, point), "warning"))
+
+
+@pytest.mark.parametrize(
+    ("forbid", "forbidding"),
+    [(None, {"D"}), ("default,E", {"D", "E"}), ("P", set()), ("FIS", "DE")],
+)
+def test_a_type_and_a_class_are_both_named_and_counted(monkeypatch, forbid, forbidding):
+    zones = [
+        feature(
+            number,
+            letter,
+            category="FIS",
+            airspace_class=letter,
+            forbids=forbids("FIS", airspace_class=letter),
+        )
+        for number, letter in enumerate("DE", start=1)
+    ]
+    chosen = None if forbid is None else classes_of(forbid)
+    found = read(monkeypatch, *zones, forbid=chosen)
+    assert found.reading.facts["categories"] == {"FIS": {"read": 2, "forbid": len(forbidding)}}
+    assert [zone["class"] for zone in found.reading.facts["zones"]] == ["D", "E"]
+    assert len(found.zones) == found.reading.facts["can_forbid"] == len(forbidding)
+    notes = " ".join(said(found, "note"))
+    for number, letter in enumerate("DE", start=1):
+        assert (f"FIS of class {letter}" in notes) == (letter not in forbidding)
+        note = (
+            f'feature {number}, "{letter}": its type FIS does not forbid flight, but its class '
+            f"{letter} does."
+        )
+        assert (note in notes) == (letter in forbidding and forbid != "FIS")
 
 
 def test_parts_left_out_are_grouped_by_reason(monkeypatch):

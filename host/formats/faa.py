@@ -37,6 +37,9 @@ _CELL = ("MAP_EFF", "APT1_FAAID", "APT1_ICAO", "UNIT", "ARPT_COUNT")
 # The FAA writes this number, or a smaller one, where there is no value.
 _NO_VALUE = -9998.0
 _UNLIMITED = ("UNLTD", "UNL", "UNLIMITED")
+# The surface area of an airport in class E, where 14 CFR 107.41 requires an authorisation. The
+# extensions of surface areas, E3 and E4, require none.
+_SURFACE_AREA = "CLASS_E2"
 # Letters of special use that are classes of airspace elsewhere.
 _TYPES = MappingProxyType(
     {
@@ -97,7 +100,7 @@ def _areas(member: Member, placing: Placing) -> Iterator[Read]:
     for kind in others:
         yield LeftOut(member.label, f"a {kind} is not an area", True)
     for rings in found:
-        for category, lower, upper, doubtful in parts:
+        for (category, airspace_class), lower, upper, doubtful in parts:
             yield Feature(
                 member.number,
                 member.name,
@@ -106,12 +109,14 @@ def _areas(member: Member, placing: Placing) -> Iterator[Read]:
                 lower,
                 upper,
                 category=category,
-                forbids=classes.forbids(category),
+                forbids=classes.forbids(category, airspace_class=airspace_class),
                 unread=(*doubtful, *unread(facts, _KNOWN)),
+                airspace_class=airspace_class,
             )
 
 
-_Part = tuple[str, Limit | None, Limit | None, tuple[str, ...]]
+# Type and class, limits, doubtful properties.
+_Part = tuple[tuple[str, str], Limit | None, Limit | None, tuple[str, ...]]
 
 
 def _cell(facts: Mapping[str, Any]) -> Iterator[_Part]:
@@ -119,15 +124,15 @@ def _cell(facts: Mapping[str, Any]) -> Iterator[_Part]:
     unit = facts.get("UNIT") or "FT"
     height = limit(_value(facts.get("CEILING"), "CEILING"), unit, "AGL")
     if height.height_m > 0:
-        yield "REQ_AUTHORISATION", None, height, ()
-    yield "RESTRICTED", height if height.height_m > 0 else None, None, ()
+        yield ("REQ_AUTHORISATION", ""), None, height, ()
+    yield ("RESTRICTED", ""), height if height.height_m > 0 else None, None, ()
 
 
 def _airspace(facts: Mapping[str, Any]) -> Iterator[_Part]:
     doubtful: list[str] = []
     lower, upper = (_limit(facts, side, doubtful) for side in ("LOWER", "UPPER"))
     check_order(lower, upper)
-    yield _category(facts), lower, upper, tuple(doubtful)
+    yield _type_and_class(facts, lower), lower, upper, tuple(doubtful)
 
 
 def _limit(facts: Mapping[str, Any], side: str, doubtful: list[str]) -> Limit | None:
@@ -158,13 +163,18 @@ def _value(stated: Any, name: str) -> float | None:
     return None if value <= _NO_VALUE else value
 
 
-def _category(facts: Mapping[str, Any]) -> str:
-    """Return the class: by the type of special use, otherwise by the class of airspace."""
-    kind = str(facts.get("TYPE_CODE") or "").strip().upper()
-    stated = str(facts.get("CLASS") or "").strip().upper()
+def _type_and_class(facts: Mapping[str, Any], lower: Limit | None) -> tuple[str, str]:
+    """Return the type, of special use or of a surface area, and the class of airspace."""
+    kind, local, stated = (
+        str(facts.get(name) or "").strip().upper() for name in ("TYPE_CODE", "LOCAL_TYPE", "CLASS")
+    )
+    class_name = stated if len(stated) == 1 and stated in "ABCDEFG" else "OTHER"
+    begins_at_ground = lower is None or (lower.reference is Reference.AGL and lower.height_m <= 0)
     if kind in _TYPES:
-        return _TYPES[kind]
-    if len(stated) == 1 and stated in "ABCDEFG":
-        return stated
-    # A single letter is no word of the table of classes: there W is a wave window.
-    return classes.of_word(kind) if len(kind) > 1 and kind != "CLASS" else "OTHER"
+        type_name = _TYPES[kind]
+    elif local == _SURFACE_AREA and begins_at_ground:
+        type_name = "REQ_AUTHORISATION"
+    else:
+        # A single letter is no word of the table of classes: there W is a wave window.
+        type_name = classes.of_word(kind) if len(kind) > 1 and kind != "CLASS" else "OTHER"
+    return classes.type_and_class(type_name, class_name)

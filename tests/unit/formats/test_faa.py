@@ -114,6 +114,8 @@ def test_a_limit_without_unit_or_reference_is_named_and_none():
         # W is a wave window in OpenAir.
         ("W", None, "WARNING", True),
         ("MOA", "E", "MTA", True),
+        ("FIS", "D", "FIS", True),
+        ("CTR", "E", "CTR", True),
         ("NSA", None, "PROTECTED", True),
         ("MODE-C", None, "TMZ", True),
         ("TRSA", None, "TRSA", True),
@@ -123,6 +125,28 @@ def test_a_limit_without_unit_or_reference_is_named_and_none():
 def test_type_and_class_forbid_by_the_table(kind, stated, category, forbids):
     (found,) = read(FACTS | {"TYPE_CODE": kind, "CLASS": stated})
     assert (found.category, found.forbids) == (category, forbids)
+
+
+@pytest.mark.parametrize(
+    ("local", "lower", "category", "forbids"),
+    [
+        ("CLASS_E2", (0, "FT", "SFC"), "REQ_AUTHORISATION", True),
+        ("CLASS_E2", (None, None, "SFC"), "REQ_AUTHORISATION", True),
+        ("CLASS_E2", (None, None, None), "REQ_AUTHORISATION", True),
+        ("CLASS_E2", (700, "FT", "SFC"), "E", False),
+        ("CLASS_E3", (0, "FT", "SFC"), "E", False),
+        ("CLASS_E4", (0, "FT", "SFC"), "E", False),
+        ("CLASS_E5", (700, "FT", "SFC"), "E", False),
+    ],
+)
+def test_the_surface_area_of_an_airport_in_class_e_requires_an_authorisation(
+    local, lower, category, forbids
+):
+    names = ("LOWER_VAL", "LOWER_UOM", "LOWER_CODE")
+    facts = {"CLASS": "E", "LOCAL_TYPE": local, **dict(zip(names, lower, strict=True))}
+    (found,) = read(FACTS | facts)
+    assert (found.category, found.forbids) == (category, forbids)
+    assert found.airspace_class == ("E" if forbids else "")
 
 
 def test_a_cell_is_an_area_below_its_height_and_one_above():

@@ -12,15 +12,20 @@ from pathgene.host.remarks import Grade, Remark
 from pathgene.host.terrain.file_heights import FileHeights, neighbours
 from pathgene.host.terrain.gaps import STEEPEST
 from pathgene.host.terrain.stated import HEIGHT_UNITS
+from pathgene.host.terrain.voids import number
 
 
 __all__ = ["suspicions"]
 
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 
-# Lowest step up from an area of zeros that no coast has all around, metres; STEEPEST in larger
+# Lowest step up from an area of one number that no coast has all around, metres; STEEPEST in larger
 # cells. The lowest shore of each part of Jervis Inlet, a fjord, is at most a fifth of this.
 _SHORE_M = 100.0
+# Numbers that are examined besides 0, and fewest cells that hold one: a single low cell is an error
+# of a height.
+_MOST_NUMBERS, _FEWEST_CELLS = 8, 4
 # A quarter of the slopes between neighbours is not steeper than this on any land. On six real maps,
 # the steepest quarter begins at 0.2 to 0.52.
 _QUARTER, _STEEP = 0.25, 1.0
@@ -31,7 +36,7 @@ _SAMPLE_STEPS = 1_000_000
 
 
 def suspicions(file: FileHeights, heights: Floats, *, is_unit_known: bool) -> Iterator[Remark]:
-    """Yield warnings of zeros amid higher land, and of heights too steep for metres.
+    """Yield warnings of one number amid higher land, and of heights too steep for metres.
 
     Parameters
     ----------
@@ -42,36 +47,64 @@ def suspicions(file: FileHeights, heights: Floats, *, is_unit_known: bool) -> It
     is_unit_known : bool
         The file or the user states the unit of the heights, or the file a scale.
     """
-    yield from _zeros(file, heights)
+    yield from _repeated(file, heights)
     if not is_unit_known:
         yield from _steepness(file, heights)
 
 
-def _zeros(file: FileHeights, heights: Floats) -> Iterator[Remark]:
-    zeros = heights == file.zero_m
-    if not zeros.any():
-        return
+def _repeated(file: FileHeights, heights: Floats) -> Iterator[Remark]:
+    """Yield a warning for each number whose areas lie below all heights next to them."""
+    shore_m = max(_SHORE_M, STEEPEST * file.cell_m)
+    for value in _at_feet(file, heights, shore_m):
+        found = _amid_land(heights, heights == value, value, shore_m)
+        if found is None:
+            continue
+        cells, lowest = found
+        count = int(cells.sum())
+        if count < _FEWEST_CELLS and value != file.zero_m:
+            continue
+        hold = "cells hold" if count > 1 else "cell holds"
+        text = "0" if value == file.zero_m else number(file.in_file(value))
+        yield Remark(
+            Grade.WARNING,
+            f"{count:,} {hold} {text} amid heights of {lowest:.0f} m and more, "
+            f"the first {file.place_of_first(cells)}; this looks like voids without a mark: give "
+            f"--void {text} if so, or --void none if it is ground.",
+        )
+
+
+def _at_feet(file: FileHeights, heights: Floats, step_m: float) -> list[float]:
+    """Return the number 0 and the most common heights at the foot of a high step, if any."""
+    low, high = np.fmin.reduce(heights, axis=None), np.fmax.reduce(heights, axis=None)
+    if not high - low > step_m:
+        return []
+    feet = []
+    with np.errstate(invalid="ignore"):
+        for first, second in neighbours(heights):
+            rise = second - first
+            feet += [first[rise > step_m], second[rise < -step_m]]
+    values, counts = np.unique(np.concatenate(feet), return_counts=True)
+    commonest: list[float] = values[np.argsort(-counts, kind="stable")[:_MOST_NUMBERS]].tolist()
+    if file.zero_m in values and file.zero_m not in commonest:
+        commonest.append(file.zero_m)
+    return sorted(commonest)
+
+
+def _amid_land(
+    heights: Floats, held: Bools, value: float, shore_m: float
+) -> tuple[Bools, float] | None:
+    """Return the cells of areas that lie ``shore_m`` below all around, and the lowest shore."""
     # Loads SciPy, which most maps do not need.
     from scipy.ndimage import label
 
-    areas, count = label(zeros, np.ones((3, 3)))
+    areas, count = label(held, np.ones((3, 3)))
     shores = np.full(count + 1, np.inf)
     for (first, second), (area, other) in zip(neighbours(heights), neighbours(areas), strict=True):
         for inner, outer, outside in ((area, other, second), (other, area, first)):
             shore = (inner > 0) & (outer == 0) & ~np.isnan(outside)
-            np.minimum.at(shores, inner[shore], outside[shore] - file.zero_m)
-    high = np.isfinite(shores) & (shores > max(_SHORE_M, STEEPEST * file.cell_m))
-    if not high.any():
-        return
-    cells = high[areas]
-    number = int(cells.sum())
-    hold = "cells hold" if number > 1 else "cell holds"
-    yield Remark(
-        Grade.WARNING,
-        f"{number:,} {hold} 0 amid heights of {shores[high].min() + file.zero_m:.0f} m and more, "
-        f"the first {file.place_of_first(cells)}; this looks like voids without a mark: give "
-        "--void 0 if so, or --void none if it is ground.",
-    )
+            np.minimum.at(shores, inner[shore], outside[shore])
+    high = np.isfinite(shores) & (shores - value > shore_m)
+    return (high[areas], float(shores[high].min())) if high.any() else None
 
 
 def _steepness(file: FileHeights, heights: Floats) -> Iterator[Remark]:

@@ -1,4 +1,4 @@
-"""Zeros in land that lies higher, and whole numbers too steep for metres."""
+"""One number amid land that lies higher, and whole numbers too steep for metres."""
 
 from pathlib import Path
 
@@ -151,3 +151,60 @@ def test_buildings_in_fine_cells_are_steep(write_tif):
     heights = np.random.default_rng(1).integers(0, 2, (60, 60)).astype(np.int16) * 30
     place = Affine(1, 0, 500_000, 0, -1, 5_100_000)
     assert warning_of(write_tif(heights, place)) is None
+
+
+@pytest.mark.parametrize("value", [-1, -99, -499, 1, 10])
+@pytest.mark.parametrize("dtype", [np.int16, np.float32])
+def test_another_number_amid_land(land, write_tif, value, dtype):
+    """Raised to the water, or left as a pit, each would be ground that is not there."""
+    file = land(lowest=500.0, dtype=dtype)
+    with rasterio.open(file, "r+") as made:
+        heights = made.read(1)
+        heights[20:30, 10:25] = value
+        made.write(heights, 1)
+    text = load(file).reading.warnings[0]
+    assert text.startswith(f"150 cells hold {value} amid heights of 5")
+    assert text.endswith(f"give --void {value} if so, or --void none if it is ground.")
+    named = load(file, stated=Stated(void=value))
+    assert named.voids.sum() == 150
+    assert not named.reading.warnings
+
+
+def test_two_numbers_amid_land(land):
+    file = land([np.s_[20:30, 10:25]], lowest=500.0)
+    with rasterio.open(file, "r+") as made:
+        heights = made.read(1)
+        heights[40:44, 10:25] = -1
+        made.write(heights, 1)
+    assert [text.split(" amid")[0] for text in load(file).reading.warnings] == [
+        "60 cells hold -1",
+        "150 cells hold 0",
+    ]
+
+
+@pytest.mark.parametrize("file", TILES, ids=lambda file: file.stem)
+@pytest.mark.parametrize("every", [2, 4, 8, 16, 32])
+def test_coarse_tiles(write_tif, file, every):
+    """No pit of coarse cells is a void; a number that is planted in them is."""
+    with rasterio.open(file) as opened:
+        heights = np.rint(opened.read(1, masked=True)[::every, ::every].filled(-32768))
+        place, crs = opened.transform @ Affine.scale(every), opened.crs
+    heights = heights.astype(np.int16)
+    assert warning_of(write_tif(heights, place, crs, nodata=-32768)) is None
+
+
+def test_a_lake_is_no_void(write_tif):
+    """A lake is one number, but the land rises from it."""
+    row, column = np.indices((60, 80))
+    far = np.hypot(row - 30, column - 40)
+    heights = np.rint(500 + 20 * np.maximum(0, far - 10)).astype(np.int16)
+    assert (heights == 500).sum() > 300
+    assert warning_of(write_tif(heights)) is None
+
+
+def test_embedded_land_as_a_file(write_tif):
+    for name in names():
+        land = load(name)
+        heights = np.rint(land.elevation[::-1]).astype(np.int16)
+        place = Affine(land.dx_m, 0, 500_000, 0, -land.dy_m, 4_000_000)
+        assert warning_of(write_tif(heights, place, unit="m")) is None, name

@@ -42,6 +42,11 @@ Floats = NDArray[np.float64]
 # Points a side of SRTM's tiles of 3 and of 1 arc-second, and their names.
 _HGT_SIDES = (1201, 3601)
 _HGT_NAME = re.compile(r"[NS]\d\d[EW]\d{3}\.", re.IGNORECASE)
+# Names of tags for the unit of heights: not for the unit of a resolution or of an axis.
+_UNIT_TAG = re.compile(
+    r"((band_?1|z|heights?|elevation|vertical|data|value)[ _#]*)?units?([ _]?(type|name))?",
+    re.IGNORECASE,
+)
 # Virtual rasters that are made of one another.
 _MOST_DEPTH = 50
 
@@ -131,7 +136,12 @@ def read(
                 if file.crs is not None:
                     geodesy.require_earth(path, file.crs)
                 heights_in = vertical(
-                    path, file.crs, file.units[0], stated.height_unit, stated.heights
+                    path,
+                    file.crs,
+                    file.units[0],
+                    stated.height_unit,
+                    stated.heights,
+                    _descriptions(file),
                 )
                 unit_m = heights_in.unit_m
                 band = file.read(1, masked=True)
@@ -212,6 +222,15 @@ def _opened_alone(path: Path) -> Iterator[DatasetReader]:
         "SRTM .hgt, an ASCII grid, or a .npy or .npz file. A format that names other files, such "
         "as VRT, is converted with gdal_translate, or named when the desk is started."
     )
+
+
+def _descriptions(file: DatasetReader) -> list[str]:
+    """Return the texts of a file that may name the unit of its heights, unless it scales them."""
+    if (file.scales[0], file.offsets[0]) != (1.0, 0.0):
+        return []
+    tags = {**file.tags(), **file.tags(1)}
+    units = [f"{key}={value}" for key, value in tags.items() if _UNIT_TAG.fullmatch(key)]
+    return [file.descriptions[0] or "", *units]
 
 
 def _unreadable(path: Path) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -44,6 +46,11 @@ _UNITS_M = {
     "dm": 0.1,
     "km": 1000.0,
 }
+# Units other than the metre in a description of heights.
+_NAMES_UNIT = re.compile(
+    r"(?<![a-z])(us[- _]?)?(ft|feet|foot|dm|cm|(deci|centi)-?met(re|er)s?)(us)?(?![a-z])",
+    re.IGNORECASE,
+)
 # A plane whose unit lies between these, in metres, is in a kind of feet.
 _FEET_M = (0.29, 0.32)
 # WGS84 with heights above the ellipsoid, and above the geoid EGM96.
@@ -56,6 +63,7 @@ def vertical(
     band_unit: str | None,
     height_unit: str | None = None,
     heights: str | None = None,
+    hints: Iterable[str] = (),
 ) -> Vertical:
     """Return unit and datum of heights.
 
@@ -73,15 +81,18 @@ def vertical(
     heights : str, optional
         Reference that the user states, one of
         :data:`pathgene.host.terrain.stated.HEIGHTS`; it overrides the file.
+    hints : iterable of str, optional
+        Descriptions of the heights, which may name a unit.
 
     Raises
     ------
     InputError
-        If the unit is unknown, or missing although the plane is in feet.
+        If the unit is unknown, or missing although the plane is in feet or a description names
+        feet, decimetres or centimetres.
     """
     system = None if crs is None else _pyproj(crs)
     axis = None if system is None else _vertical_axis(system)
-    unit, unit_m, unit_from = _unit(path, system, axis, band_unit, height_unit)
+    unit, unit_m, unit_from = _unit(path, system, axis, band_unit, height_unit, hints)
     if axis is not None and axis[2] == "down":
         unit_m = -unit_m
     datum, datum_from, is_ellipsoidal = "mean sea level", "assumed", False
@@ -130,6 +141,7 @@ def _unit(
     axis: tuple[str, float, str, str, bool] | None,
     band_unit: str | None,
     height_unit: str | None,
+    hints: Iterable[str],
 ) -> tuple[str, float, str]:
     """Return name, metres and origin of the unit of heights."""
     if height_unit is not None:
@@ -145,6 +157,12 @@ def _unit(
             ) from None
     if axis is not None:
         return axis[0], axis[1], "file"
+    for hint in hints:
+        if _NAMES_UNIT.search(hint):
+            raise InputError(
+                f"{path}: its heights are described as {hint!r}, and it states no unit of heights; "
+                f"state it (--height-unit {'|'.join(HEIGHT_UNITS)})."
+            )
     plane = system.axis_info[0] if system is not None and system.axis_info else None
     if plane is not None and _FEET_M[0] < plane.unit_conversion_factor < _FEET_M[1]:
         raise InputError(

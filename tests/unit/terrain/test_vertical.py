@@ -37,6 +37,58 @@ def test_a_plane_in_feet_needs_a_unit(write_tif):
         assert facts_of(terrain) == {"unit": unit, "unit_from": "option"}
 
 
+def described(file, description=None, **tags):
+    with rasterio.open(file, "r+") as made:
+        if description is not None:
+            made.set_band_description(1, description)
+        made.update_tags(**tags)
+    return file
+
+
+@pytest.mark.parametrize(
+    ("description", "tags", "named"),
+    [
+        ("Elevation (ft)", {}, "Elevation (ft)"),
+        ("height_feet", {}, "height_feet"),
+        ("DTM, decimetres", {}, "DTM, decimetres"),
+        (None, {"UNITS": "feet"}, "UNITS=feet"),
+        (None, {"VERTICAL_UNITS": "cm"}, "VERTICAL_UNITS=cm"),
+    ],
+)
+def test_a_described_unit_must_be_stated(write_tif, description, tags, named):
+    file = described(write_tif(HEIGHTS), description, **tags)
+    assert refusal(file) == (
+        f"{file}: its heights are described as {named!r}, and it states no unit of heights; state "
+        "it (--height-unit m|dm|cm|ft|us-ft)."
+    )
+    terrain = load(file, stated=Stated(height_unit="ft"))
+    np.testing.assert_allclose(terrain.elevation, HEIGHTS[::-1] * 0.3048, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("description", "tags"),
+    [
+        ("Elevation (m)", {"UNITS": "metres"}),
+        ("soft ground of the aircraft", {}),
+        (None, {"TIFFTAG_RESOLUTIONUNIT": "3 (pixels/cm)", "SOURCE": "feet"}),
+    ],
+)
+def test_a_description_without_another_unit(write_tif, description, tags):
+    assert facts_of(load(described(write_tif(HEIGHTS), description, **tags))) == {
+        "unit": "m",
+        "unit_from": "assumed",
+    }
+
+
+def test_a_stated_unit_or_a_scale_is_stronger_than_a_description(write_tif):
+    file = described(write_tif(HEIGHTS, unit="m"), "Elevation (ft)")
+    assert load(file).lowest == 400
+    file = described(write_tif(HEIGHTS), "Elevation (dm)")
+    with rasterio.open(file, "r+") as made:
+        made.scales = (0.1,)
+    assert load(file).lowest == pytest.approx(40)
+
+
 def test_the_unit_of_the_user_is_stronger_than_that_of_the_file(write_tif):
     terrain = load(write_tif(HEIGHTS, unit="m"), stated=Stated(height_unit="ft"))
     assert terrain.lowest == pytest.approx(400 * 0.3048)

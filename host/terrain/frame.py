@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +75,7 @@ def framed(raster: Raster, max_cells: int | None) -> Framed:
     name = geodesy.crs_name(crs)
     if not crs.is_projected:
         raise InputError(
-            f"{raster.name}: its reference system {_short(crs)} is neither geographic nor "
+            f"{raster.name}: {geodesy.its_crs(crs)} is neither geographic nor "
             "projected, so it has no map; warp it first (gdalwarp -t_srs EPSG:4326 IN.tif OUT.tif)."
         )
     rows, columns = raster.heights.shape
@@ -89,7 +88,7 @@ def framed(raster: Raster, max_cells: int | None) -> Framed:
             raise InputError("")
     except InputError:
         raise InputError(
-            f"{raster.name}: a part of it lies where its reference system {_short(crs)} is no map "
+            f"{raster.name}: a part of it lies where {geodesy.its_crs(crs)} is no map "
             f"of the Earth, between {first_x:g}, {last_y:g} and {last_x:g}, {first_y:g}; check the "
             "system and the place that the file states."
         ) from None
@@ -164,8 +163,8 @@ def _kept(metric: Metric, crs: CRS) -> tuple[Remark, ...]:
     return (
         Remark(
             Grade.NOTE,
-            f"A metre of {_short(crs)} is {scales} m on the ground here; cells have their true "
-            "size.",
+            f"A metre of {geodesy.crs_short(crs)} is {scales} m on the ground here; "
+            "cells have their true size.",
         ),
         *notes,
     )
@@ -197,15 +196,6 @@ def _why(metric: Metric, crs: CRS) -> Remark:
     unit_m = geodesy.unit_m(geodesy.crs_name(crs))
     return Remark(
         Grade.NOTE,
-        f"The map is warped from {_short(crs)} to a local frame, because {cause}; a metre of it is "
-        f"{metric.middle[0] / unit_m:.4f} m on the ground at the middle.",
+        f"The map is warped from {geodesy.crs_short(crs)} to a local frame, because {cause}; "
+        f"a metre of it is {metric.middle[0] / unit_m:.4f} m on the ground at the middle.",
     )
-
-
-def _short(crs: CRS) -> str:
-    """Return the code of a reference system, or its name."""
-    name = geodesy.crs_name(crs)
-    if len(name) < 20:
-        return name
-    words: Any = name.split('"')
-    return str(words[1]) if len(words) > 1 else name[:40]

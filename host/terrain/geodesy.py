@@ -27,7 +27,9 @@ __all__ = [
     "WGS84",
     "LocalFrame",
     "crs_name",
+    "crs_short",
     "is_like_wgs84",
+    "its_crs",
     "known_crs",
     "local_crs",
     "place_points",
@@ -42,6 +44,10 @@ _Number = TypeVar("_Number", float, Floats)
 
 #: Longitude and latitude in degrees, in this order.
 WGS84 = "EPSG:4326"
+
+# Words for a system without a name, and the words of files for it.
+_NAMELESS = "its reference system"
+_NO_NAMES = ("", "unknown", "unnamed", "undefined", "custom")
 
 # Geocentric datums that agree with WGS84 within a metre or two, less than any cell of a terrain:
 # they count as WGS84 if no grid of corrections is installed.
@@ -66,6 +72,22 @@ def crs_name(crs: CRS) -> str:
     """Return ``EPSG:<code>`` of a reference system, or its WKT."""
     code = crs.to_epsg()
     return f"EPSG:{code}" if code is not None else str(crs.to_wkt())
+
+
+def crs_short(crs: CRS) -> str:
+    """Return a reference system in a sentence: its code, its name, or words if it has none."""
+    name = crs_name(crs)
+    if len(name) < 20:
+        return name
+    words = name.split('"')
+    short = words[1].strip() if len(words) > 1 else name[:40]
+    return _NAMELESS if short.lower() in _NO_NAMES else short
+
+
+def its_crs(crs: CRS) -> str:
+    """Return a reference system in a sentence, as a part of its file."""
+    short = crs_short(crs)
+    return short if short == _NAMELESS else f"{_NAMELESS} {short}"
 
 
 def utm_zone(lat: float, lon: float) -> str:

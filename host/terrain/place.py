@@ -90,6 +90,7 @@ def to_terrain(
     if raster.crs is None:
         return _off_earth(raster)
     plane = replace(raster, crs=vertical.horizontal(raster.crs))
+    _require_no_degrees(plane)
     plane = _above_sea(plane)
     found = framed(plane, max_cells)
     reading = Reading(
@@ -148,6 +149,26 @@ def _known_heights(raster: Raster, *, fill_voids: bool) -> Raster:
         is_unit_known = not is_plain or raster.vertical.unit_from != "assumed"
         reading = reading.adding(suspicions(file, heights, is_unit_known=is_unit_known))
     return replace(raster, heights=fill(heights) if fill_voids else heights, reading=reading)
+
+
+def _require_no_degrees(raster: Raster) -> None:
+    """Check that the cells of a projected raster are not degrees that are called metres.
+
+    Raises
+    ------
+    InputError
+        If a side is too short for a cell.
+    """
+    assert raster.crs is not None
+    if not raster.crs.is_projected:
+        return
+    side = raster.transform
+    if min(side.a, -side.e) * geodesy.unit_m(geodesy.crs_name(raster.crs)) < _SMALLEST_SIDE_M:
+        raise InputError(
+            f"{raster.name}: cells of {side.a:g} x {-side.e:g} look like "
+            f"degrees, but {geodesy.its_crs(raster.crs)} is projected; correct it "
+            "(gdal_edit -a_srs EPSG:4326 FILE)."
+        )
 
 
 def _off_earth(raster: Raster) -> Terrain:

@@ -153,3 +153,30 @@ def test_maps_of_other_bodies(write_tif, tmp_path, crs, body, radius):
 def test_a_sphere_may_be_the_earth(write_tif):
     terrain = load(write_tif(HEIGHTS, crs="+proj=sinu +R=6371007.181 +units=m"))
     assert terrain.metric.is_metric
+
+
+@pytest.mark.parametrize(
+    ("crs", "system"),
+    [
+        ("EPSG:32632", "its reference system EPSG:32632"),
+        ("+proj=tmerc +lat_0=0 +lon_0=9 +k=0.99 +x_0=500000 +datum=WGS84", "its reference system"),
+    ],
+)
+def test_cells_of_degrees_in_a_projected_system(write_tif, crs, system):
+    file = write_tif(HEIGHTS, Affine(0.0005, 0, 8.0, 0, -0.0005, 46.5), crs)
+    assert refusal(lambda: load(file)) == (
+        f"made: cells of 0.0005 x 0.0005 look like degrees, but {system} is projected; correct it "
+        "(gdal_edit -a_srs EPSG:4326 FILE)."
+    )
+
+
+def test_a_kilometre_is_no_degree(write_tif):
+    crs = "+proj=utm +zone=32 +datum=WGS84 +units=km"
+    terrain = load(write_tif(HEIGHTS, Affine(0.03, 0, 500, 0, -0.03, 5_100), crs))
+    assert terrain.dx_m == pytest.approx(30, rel=1e-3)
+
+
+def test_a_system_without_a_name(write_tif):
+    crs = "+proj=tmerc +lat_0=0 +lon_0=9 +k=0.999 +x_0=500000 +datum=WGS84"
+    text = load(write_tif(HEIGHTS, crs=crs)).reading.remarks[0].text
+    assert text.startswith("A metre of its reference system is 1.001")

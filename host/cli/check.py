@@ -72,6 +72,7 @@ def run(args: argparse.Namespace) -> int:
         summary_path,
         summary_rules,
         summary_terrain,
+        summary_terrain_reading,
         summary_wind_and_step,
     )
     from pathgene.host.report.run_files import verify
@@ -99,6 +100,10 @@ def run(args: argparse.Namespace) -> int:
             stated_by_user=stated_of(vars(args)),
         )
         terrain = placed_at(vars(args), terrain)
+        # The grid of a run has only heights; the summary knows the file that they came from.
+        if terrain.reading.facts.get("is_own") and args.terrain is None:
+            read = summary_terrain_reading(file, summary)
+            terrain = terrain if read is None else terrain.having(reading=read)
         path = summary_path(file, summary)
     else:
         terrain = terrain_of(vars(args))

@@ -22,6 +22,7 @@ from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.way import WayProblem
 from pathgene.host.problem.zones import Zone, zone_from_dict
 from pathgene.host.remarks import Reading
+from pathgene.host.report.reading import sentences
 from pathgene.host.report.run_files import GRID, verify
 from pathgene.host.terrain import Terrain, embedded, load
 from pathgene.host.terrain.datum import ELLIPSOID
@@ -38,6 +39,7 @@ __all__ = [
     "summary_path",
     "summary_rules",
     "summary_terrain",
+    "summary_terrain_reading",
     "summary_way",
     "summary_wind_and_step",
     "summary_zones",
@@ -207,6 +209,29 @@ def summary_terrain(
             f"again. {error}"
         ) from None
     return _placed(file, terrain, stated) if is_own else terrain
+
+
+def summary_terrain_reading(file: Path, summary: dict[str, Any]) -> Reading | None:
+    """Return the report on the terrain of a run; None in a summary of an earlier version.
+
+    Raises
+    ------
+    InputError
+        If it is no such report.
+    """
+    try:
+        read = summary.get("read")
+        if read is None:
+            return None
+        reading = Reading.of(read["terrain"])
+        # Every command says it, so it must have all that its sentences name.
+        list(sentences({"terrain": reading.to_dict(), "zones": {}}))
+        return reading
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError):
+        raise InputError(
+            f"{file}: read must have a table terrain with the facts of the terrain and the remarks "
+            "on it."
+        ) from None
 
 
 def _accepted(summary: dict[str, Any]) -> Stated | None:

@@ -91,3 +91,23 @@ def test_problem_check_and_terrain_info_say_it_too(coast, zones, tmp_path, capsy
 def test_a_summary_of_an_earlier_version_has_no_report():
     assert list(sentences(None)) == []
     assert warnings_in({}) == []
+
+
+def test_check_says_what_the_run_read_of_its_terrain(coast, tmp_path, capsys):
+    assert main(list(map(str, ("plan", "--terrain", coast, *ENDS, "--out", tmp_path)))) == 0
+    said = capsys.readouterr().err.splitlines()
+    planned = [line for line in said if "Terrain " in line or "heights lie below 0 m" in line]
+    assert len(planned) == 2
+    summary = tmp_path / "summary.json"
+    assert main(["check", "--path", str(summary), "--json"]) == 0
+    checked = capsys.readouterr()
+    assert [line for line in checked.err.splitlines() if line in planned] == planned
+    read = json.loads(checked.out)["read"]["terrain"]
+    assert read == json.loads(summary.read_text())["read"]["terrain"]
+
+    stated = json.loads(summary.read_text())
+    for faulty in ({"remarks": []} | {"driver": "GTiff"}, {"remarks": [1]}, []):
+        stated["read"]["terrain"] = faulty
+        summary.write_text(json.dumps(stated))
+        assert main(["check", "--path", str(summary)]) == 2
+        assert "read must have a table terrain" in capsys.readouterr().err

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pathgene.host.remarks import Grade
+from pathgene.host.terrain import embedded
 
 
 __all__ = ["sentences", "warnings_in"]
@@ -25,7 +26,8 @@ def warnings_in(summary: Mapping[str, Any]) -> list[str]:
 def sentences(read: Mapping[str, Any] | None) -> Iterator[str]:
     """Yield the report on files that were read, in sentences: the facts, then the remarks.
 
-    A terrain of the package, or a grid of numpy's, states metres and has warnings alone.
+    A terrain of the package, or a grid of numpy's without a place on Earth, states metres and has
+    warnings alone.
 
     Parameters
     ----------
@@ -35,12 +37,14 @@ def sentences(read: Mapping[str, Any] | None) -> Iterator[str]:
     if read is None:
         return
     terrain = read["terrain"]
-    is_raster = terrain.get("driver", "numpy") != "numpy"
-    if is_raster:
+    is_described = terrain.get("driver", "numpy") != "numpy" or (
+        terrain.get("projection") is not None and terrain["source"] not in embedded.names()
+    )
+    if is_described:
         yield _terrain(terrain)
     for part in (terrain, read["zones"]):
         for remark in part.get("remarks", ()):
-            if is_raster or part is not terrain or remark["grade"] == Grade.WARNING:
+            if is_described or part is not terrain or remark["grade"] == Grade.WARNING:
                 yield f"{remark['grade'].capitalize()}: {remark['text']}"
 
 

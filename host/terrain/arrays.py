@@ -231,6 +231,7 @@ class _Grid:
         if plane.is_geographic:
             raise _in_degrees(self.path, crs)
         numbers, reading = self._checked(upright)
+        reading = Reading({**reading.facts, "crs": geodesy.crs_name(system)}, reading.remarks)
         unit_m = geodesy.unit_m(geodesy.crs_name(plane))
         dx, dy = (side / unit_m for side in self.sides)
         west, north = origin[0] - 0.5 * dx, origin[1] + (len(numbers) - 0.5) * dy

@@ -111,3 +111,34 @@ def test_check_says_what_the_run_read_of_its_terrain(coast, tmp_path, capsys):
         summary.write_text(json.dumps(stated))
         assert main(["check", "--path", str(summary)]) == 2
         assert "read must have a table terrain" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def turned(tmp_path_factory):
+    """A grid of numpy's in a system whose north is about 10 degrees off."""
+    file = tmp_path_factory.mktemp("turned") / "turned.npz"
+    heights = np.tile(np.linspace(100.0, 240.0, 100), (100, 1))
+    place = {"crs": "EPSG:3035", "origin": np.array([3_000_000.0, 3_000_000.0])}
+    np.savez(file, elevation=heights, dx_m=30.0, dy_m=30.0, **place)
+    return file
+
+
+def test_a_grid_with_a_place_is_reported_like_a_raster(turned, tmp_path, capsys):
+    ends = ("--agl", "--start", "900,900,80", "--goal", "2000,2000,80", "--planner", "astar")
+    assert main(list(map(str, ("plan", "--terrain", turned, *ends, "--out", tmp_path)))) == 0
+    said = capsys.readouterr().err
+    assert f"Terrain {turned}" in said
+    assert "EPSG:3035, warped to local metres" in said
+    assert "Note: " in said
+    assert main(["terrain", "info", str(turned), "--json"]) == 0
+    projection = json.loads(capsys.readouterr().out)["read"]["projection"]
+    assert projection["file"] == "EPSG:3035"
+    assert projection["is_warped"]
+
+
+def test_embedded_terrains_have_no_sentence_of_facts(capsys):
+    from pathgene.host.terrain import load
+
+    for name in ("jacksboro", "canyon"):
+        read = {"terrain": load(name).reading.to_dict(), "zones": {}}
+        assert not [line for line in sentences(read) if line.startswith("Terrain")]

@@ -150,6 +150,9 @@ def _print(report: dict[str, Any]) -> None:
 def _read(read: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield the known facts that were read from the file."""
     heights, cells, projection = read["heights"], read["cell_m"], read["projection"]
+    yield "driver", read["driver"]
+    declared = read["voids"]["declared"]
+    yield "declared void", "none" if declared is None else f"{declared:g}"
     if "middle" in cells:
         corners = ", ".join("{:g} x {:g}".format(*cells[name]) for name in ("sw", "se", "nw", "ne"))
         middle = "{:g} x {:g}".format(*cells["middle"])

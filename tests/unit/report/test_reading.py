@@ -142,3 +142,16 @@ def test_embedded_terrains_have_no_sentence_of_facts(capsys):
     for name in ("jacksboro", "canyon"):
         read = {"terrain": load(name).reading.to_dict(), "zones": {}}
         assert not [line for line in sentences(read) if line.startswith("Terrain")]
+
+
+def test_terrain_info_names_the_driver_and_the_declared_void(coast, turned, tmp_path, capsys):
+    marked = tmp_path / "marked.tif"
+    with rasterio.open(coast) as raster, rasterio.open(
+        marked, "w", **{**raster.profile, "nodata": -9999.0}
+    ) as written:  # fmt: skip
+        written.write(raster.read(1), 1)
+    for file, driver, void in ((marked, "GTiff", "-9999"), (turned, "numpy", "none")):
+        assert main(["terrain", "info", str(file)]) == 0
+        rows = dict(line.split("  ", 1) for line in capsys.readouterr().out.splitlines())
+        assert rows["driver"].strip() == driver
+        assert rows["declared void"].strip() == void

@@ -1,6 +1,7 @@
 """Winds and headings count from true north, whatever the north of the map's grid."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pyproj
@@ -87,3 +88,9 @@ def test_a_heading_of_the_frame_becomes_a_true_one():
     heading = made.true_heading_deg(40.0)
     east, north = math.sin(math.radians(40)), math.cos(math.radians(40))
     assert azimuth(made.terrain, (east, north)) == pytest.approx(heading % 360, abs=0.01)
+
+
+def test_the_page_of_rules_counts_headings_from_true_north():
+    page = Path(__file__).parents[3] / "docs" / "rules.md"
+    (row,) = [line for line in page.read_text().splitlines() if line.startswith("| `--start-head")]
+    assert row.endswith("degrees clockwise from true north at the middle of the map |")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 from pathgene.host.errors import InputError
 
@@ -136,32 +137,21 @@ def of_word(text: str) -> str:
     return row.name if row else word
 
 
-def of_openaip(number: int) -> str:
-    """Return the name of the class of an openAIP type.
-
-    Raises
-    ------
-    InputError
-        If there is no such type.
-    """
-    if number not in _BY_NUMBER:
-        raise InputError(f"{number!r} is no type of openAIP, which has 0 to 36.")
-    return _BY_NUMBER[number].name
+def of_openaip(stated: Any) -> str:
+    """Return the name of the class of an openAIP type; one like ``TYPE 37`` if it is unknown."""
+    row = _BY_NUMBER.get(stated) if _is_whole(stated) else None
+    return row.name if row else f"TYPE {stated!r:.20}"
 
 
-def of_icao(number: int) -> str:
-    """Return the name of an ICAO class of openAIP; OTHER for none.
+def of_icao(stated: Any) -> str:
+    """Return the name of an ICAO class of openAIP, OTHER for none; ``CLASS 9`` if it is unknown."""
+    if not _is_whole(stated) or stated not in (*range(len(_ICAO)), _NO_CLASS):
+        return f"CLASS {stated!r:.20}"
+    return _NOTHING if stated == _NO_CLASS else _ICAO[stated]
 
-    Raises
-    ------
-    InputError
-        If there is no such class.
-    """
-    if number not in (*range(len(_ICAO)), _NO_CLASS):
-        raise InputError(
-            f"{number!r} is no ICAO class of openAIP, which has 0 to 6, and {_NO_CLASS} for none."
-        )
-    return _NOTHING if number == _NO_CLASS else _ICAO[number]
+
+def _is_whole(stated: Any) -> bool:
+    return isinstance(stated, int) and not isinstance(stated, bool)
 
 
 def type_and_class(type_name: str, class_name: str) -> tuple[str, str]:

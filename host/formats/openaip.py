@@ -69,7 +69,8 @@ def _airspace(member: Member) -> Iterator[Read]:
     unread: list[str] = []
     limits = list(_limits(facts, names, unread))
     periods = _periods(facts, unread)
-    remarks = tuple(_remarks(facts, forbids=forbids))
+    unknown = [name for name in (category, airspace_class) if name and name not in classes.BY_NAME]
+    remarks = (*_remarks(facts, forbids=forbids), *map(_unknown, unknown))
     found, others = areas(member.geometry, Placing(), is_circle=False)
     if any(len(set(ring)) < 3 for rings in found for ring in rings):
         raise InputError("a ring must have three corners or more.")
@@ -108,6 +109,10 @@ def _remarks(facts: Mapping[str, Any], *, forbids: bool) -> Iterator[Remark]:
             yield Remark(Grade.WARNING, why)
 
 
+def _unknown(name: str) -> Remark:
+    return Remark(Grade.WARNING, f"{name} is no type or class that is known, so it forbids flight")
+
+
 def _type_and_class(facts: Mapping[str, Any]) -> tuple[str, str]:
     """Return the type, from its number or word, and the ICAO class, from its number or letter."""
     kind, icao = facts.get("type"), facts.get("icaoClass", facts.get("class"))
@@ -116,10 +121,12 @@ def _type_and_class(facts: Mapping[str, Any]) -> tuple[str, str]:
     return classes.type_and_class(type_name, _name(icao, classes.of_icao))
 
 
-def _name(stated: Any, of_number: Callable[[int], str]) -> str:
-    if isinstance(stated, int) and not isinstance(stated, bool):
-        return of_number(stated)
-    return classes.of_word(stated) if isinstance(stated, str) else "OTHER"
+def _name(stated: Any, of_number: Callable[[Any], str]) -> str:
+    if stated is None:
+        return "OTHER"
+    if isinstance(stated, str):
+        return classes.of_word(stated)
+    return of_number(stated)
 
 
 def _limits(

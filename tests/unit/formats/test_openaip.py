@@ -5,7 +5,7 @@ from datetime import UTC, datetime, time
 
 import pytest
 
-from pathgene.host.formats import openaip
+from pathgene.host.formats import classes, openaip
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Bad, LeftOut, Limit, Period, Reference, SunEvent
 from pathgene.host.remarks import Grade, Remark
@@ -118,6 +118,28 @@ def test_reads_what_the_parser_of_openaip_writes_from_openair():
 def test_an_airspace_forbids_if_its_type_or_its_class_does(number, icao_class, category, forbids):
     (found,) = read(FACTS | {"type": number, "icaoClass": icao_class})
     assert (found.category, found.forbids) == (category, forbids)
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"type": 37}, "TYPE 37"),
+        ({"type": -1}, "TYPE -1"),
+        ({"type": 33.5, "icaoClass": 6}, "TYPE 33.5"),
+        ({"type": True, "icaoClass": 6}, "TYPE True"),
+        ({"type": "TOWER", "icaoClass": 6}, "TOWER"),
+        ({"type": 33, "icaoClass": 9}, "CLASS 9"),
+    ],
+)
+def test_an_unknown_type_or_class_forbids_and_is_named(change, named):
+    found, other = read(FACTS | change, FACTS)
+    assert found.forbids
+    text = f"{named} is no type or class that is known, so it forbids flight"
+    assert found.remarks == (Remark(Grade.WARNING, text),)
+    assert not other.remarks
+    names = (found.category, found.airspace_class)
+    # The user's choice of classes does not open it.
+    assert any(name and classes.forbids(name, frozenset()) for name in names)
 
 
 def test_reads_hours_of_operation():
@@ -239,11 +261,6 @@ def test_leaves_out_points_and_lines():
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ({"type": 99}, "99 is no type of openAIP, which has 0 to 36."),
-        (
-            {"icaoClass": 7},
-            "7 is no ICAO class of openAIP, which has 0 to 6, and 8 for none.",
-        ),
         ({"activity": 9}, "9 is no activity of openAIP, which has 0 to 5."),
         ({"activity": "jumps"}, "'jumps' is no activity of openAIP, which has 0 to 5."),
         ({"byNotam": "yes"}, "byNotam must be true or false, not 'yes'."),

@@ -25,6 +25,7 @@ from pathgene.host.terrain import geodesy, vrt
 from pathgene.host.terrain.datum import Vertical
 from pathgene.host.terrain.marks import Mark, marked, named
 from pathgene.host.terrain.stated import Stated
+from pathgene.host.terrain.unreadable import kind_of_content, why_unreadable
 from pathgene.host.terrain.untrusted import (
     MAX_CELLS,
     SELF_CONTAINED,
@@ -39,9 +40,6 @@ __all__ = ["Raster", "north_up", "read"]
 
 Floats = NDArray[np.float64]
 
-# Points a side of SRTM's tiles of 3 and of 1 arc-second, and their names.
-_HGT_SIDES = (1201, 3601)
-_HGT_NAME = re.compile(r"[NS]\d\d[EW]\d{3}\.", re.IGNORECASE)
 # Names of tags for the unit of heights: not for the unit of a resolution or of an axis.
 _UNIT_TAG = re.compile(
     r"((band_?1|z|heights?|elevation|vertical|data|value)[ _#]*)?units?([ _]?(type|name))?",
@@ -151,7 +149,7 @@ def read(
                 has_points = transform.is_identity and bool(file.gcps[0])
                 _require_place(path, transform)
     except (RasterioError, OSError, ValueError):
-        raise InputError(f"{path}: {_unreadable(path)}") from None
+        raise InputError(f"{path}: {why_unreadable(path)}") from None
     if has_points:
         raise InputError(
             f"{path}: has control points instead of a place; warp it to them first "
@@ -217,6 +215,9 @@ def _opened_alone(path: Path) -> Iterator[DatasetReader]:
                     require_own_crs(path, file.crs.to_wkt())
                 yield file
             return
+    other = kind_of_content(path)
+    if other is not None:
+        raise InputError(f"{path}: {other}")
     raise InputError(
         f"{path}: cannot be read as a raster that holds its heights itself; give a GeoTIFF, an "
         "SRTM .hgt, an ASCII grid, or a .npy or .npz file. A format that names other files, such "
@@ -231,28 +232,6 @@ def _descriptions(file: DatasetReader) -> list[str]:
     tags = {**file.tags(), **file.tags(1)}
     units = [f"{key}={value}" for key, value in tags.items() if _UNIT_TAG.fullmatch(key)]
     return [file.descriptions[0] or "", *units]
-
-
-def _unreadable(path: Path) -> str:
-    """Return why a file cannot be read, and how to fix it."""
-    if path.suffix.lower() == ".hgt" and path.is_file():
-        size = path.stat().st_size
-        sides = [f"{2 * side * side:,}" for side in _HGT_SIDES]
-        if size not in (2 * side * side for side in _HGT_SIDES):
-            return (
-                f"an SRTM .hgt of {' or '.join(map(str, _HGT_SIDES))} points a side has "
-                f"{' or '.join(sides)} bytes, but this file has {size:,}: it is cut short or no "
-                "such tile; get it again."
-            )
-        if not _HGT_NAME.match(path.name):
-            return (
-                "an SRTM .hgt states its place only in its name, the south-west corner in "
-                f"degrees such as N46E008.hgt; name it so again, unlike {path.name!r}."
-            )
-    return (
-        "cannot be read as a raster of heights; give a GeoTIFF, an SRTM .hgt, another format that "
-        "GDAL reads, or a .npy or .npz file."
-    )
 
 
 def _require_place(path: Path, transform: Affine) -> None:

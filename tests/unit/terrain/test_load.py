@@ -237,18 +237,12 @@ class TestRefusals:
             "jacksboro, canyon, river, large-canyon."
         )
 
-    @pytest.mark.parametrize("content", [b"", b"no raster", b"II*\x00\x08\x00\x00\x00"])
-    def test_unreadable(self, tif, content):
-        tif.write_bytes(content)
+    def test_unreadable(self, tif):
+        tif.write_bytes(b"no raster")
         assert refusal(tif) == (
             f"{tif}: cannot be read as a raster of heights; give a GeoTIFF, an SRTM .hgt, another "
             "format that GDAL reads, or a .npy or .npz file."
         )
-
-    def test_cut_short(self, tif, write_tif):
-        write_tif(np.random.default_rng(1).normal(size=(300, 300)))
-        tif.write_bytes(tif.read_bytes()[:100_000])
-        assert refusal(tif).startswith(f"{tif}: cannot be read as a raster of heights; ")
 
     def test_an_hgt_of_another_name(self, tmp_path):
         file = tmp_path / "mytile.hgt"
@@ -278,7 +272,10 @@ class TestRefusals:
         assert "lies where its reference system EPSG:32632 is no map of the Earth" in refusal(tif)
 
     def test_folder(self, tmp_path):
-        assert refusal(tmp_path).startswith(f"{tmp_path}: cannot be read as a raster of heights; ")
+        assert refusal(tmp_path) == (
+            f"{tmp_path}: is a folder; give a file, and join several tiles first (gdalbuildvrt "
+            f"ALL.vrt {tmp_path.name}/*.tif)."
+        )
 
     def test_all_void(self, tif, write_tif):
         write_tif(np.full((2, 3), -1, np.int16), nodata=-1)

@@ -49,7 +49,7 @@ _BYTES = (
     (b"\x1f\x8b", "an archive of gzip"),
 )
 _TEXTS: tuple[tuple[str, str], ...] = (
-    (r"(?m:^A[CN][ \t]+\S)", "OpenAir"),
+    (r"(?:\A|(?<=[\r\n]))A[CN][ \t]+\S", "OpenAir without an outline (DP, DA, DB, DC or DY)"),
     (r"(?im:\bINCLUDE=(YES|NO)\b|^TITLE=)", "airspace in the format of Tim Newport-Peace"),
     (r"^QGC WPL \d+", "a list of waypoints or a fence of Mission Planner"),
     (

@@ -37,8 +37,10 @@ __all__ = ["features", "recognises"]
 _MILE_M = 1852.0
 # Degrees that make less than a millimetre.
 _SAME_DEG = 5e-9
-_BEGINS = re.compile(r"(?im)^[ \t]*AC[ \t]+\S")
-_OUTLINES = re.compile(r"(?im)^[ \t]*(?:D[PCABY][ \t]+[\d.+-]|V[ \t]*X[ \t]*=)")
+# Lines end in LF, CR or both. An airspace without a class is recognised by its name or limits.
+_LINE = r"(?i)(?:\A|(?<=[\r\n]))[ \t]*"
+_BEGINS = re.compile(rf"{_LINE}(?:AC(?![A-Z])|A[NLH][ \t]+\S)")
+_OUTLINES = re.compile(rf"{_LINE}(?:D[PCABY][ \t]+(?:[\d.+-]|[NS][ \t]*\d)|V[ \t]*X[ \t]*=)")
 _RECORD = re.compile(r"([A-Za-z]{2}|[Vv])(?![A-Za-z])[ \t]*(.*)")
 # Degrees, minutes and seconds with separators, or together as DDMMSS.
 _NUMBER = r"(\d+(?:\.\d+)?)"
@@ -53,6 +55,9 @@ _MOST_PLACE = 80
 _WITH_MINUTES, _WITH_SECONDS = 4, 6
 # Records that limit no zone: frequency, station, identifier, transponder code, label, colours.
 _HARMLESS = frozenset({"AF", "AG", "AI", "AX", "TP", "AT", "AS", "SB", "SP"})
+
+# Mark of a record that belongs to no airspace.
+_BEFORE = " before the first AC"
 
 # A part of an outline: a corner, or an arc.
 _Part = Position | Arc
@@ -92,7 +97,7 @@ class _Airspace:
 
 
 def recognises(content: Content) -> bool:
-    """Return whether a text has a class of airspace and an outline."""
+    """Return whether a text has the class, name or limit of an airspace, and an outline."""
     return (
         content.json_error is not None
         and not content.is_xml
@@ -111,7 +116,11 @@ def features(content: Content) -> Iterator[Read]:
         else:
             yield from _features(part)
     for name, line in unknown.items():
-        yield LeftOut(f"line {line}", f"the record {name} is not known")
+        if re.fullmatch(rf"D[PCABY]{_BEFORE}", name):
+            why = f"the outline has no AC with a class, such as AC D, before its {name[:2]}."
+            yield Bad(f"line {line}", why)
+        else:
+            yield LeftOut(f"line {line}", f"the record {name} is not known")
 
 
 def _airspaces(text: str, unknown: dict[str, int]) -> Iterator[_Airspace | LeftOut]:
@@ -138,7 +147,8 @@ def _airspaces(text: str, unknown: dict[str, int]) -> Iterator[_Airspace | LeftO
                 yield LeftOut(f"line {line}", f"the terrain {value!r} is no airspace")
                 continue
             number += 1
-            current = _Airspace(number, line, value)
+            fault = "" if value else f"line {line}: it has no AC with a class, such as AC D."
+            current = _Airspace(number, line, value, fault=fault)
             continue
         try:
             if name == "V":
@@ -156,7 +166,7 @@ def _airspaces(text: str, unknown: dict[str, int]) -> Iterator[_Airspace | LeftO
             elif in_terrain:
                 continue
             elif current is None:
-                unknown.setdefault(f"{name} before the first AC", line)
+                unknown.setdefault(f"{name}{_BEFORE}", line)
             elif not _take(current, name, value, centre, width_m):
                 unknown.setdefault(name, line)
         except InputError as error:

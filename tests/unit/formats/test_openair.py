@@ -5,9 +5,13 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
+from pathgene.host.errors import InputError
 from pathgene.host.formats import openair
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Bad, Edges, LeftOut, Limit, Period, Reference
+from pathgene.host.formats.registry import read_features
+from pathgene.host.problem.zones import read_zones
+from pathgene.host.terrain import Terrain
 
 
 HEAD = ("AC R", "AN R-7", "AL GND", "AH FL 65")
@@ -65,6 +69,47 @@ def test_reads_records_in_lower_case_and_of_all_line_endings():
         text = ending.join(line.lower() for line in (*HEAD, *CORNERS))
         (found,) = openair.features(Content(text.encode()))
         assert np.allclose(found.rings, (RING,))
+
+
+@pytest.mark.parametrize("ending", ["\r\n", "\r", "\n"])
+@pytest.mark.parametrize("head", ["", "* made by hand"])
+def test_recognises_all_line_endings(tmp_path, ending, head):
+    file = tmp_path / "zones.txt"
+    file.write_bytes(ending.join((head, *HEAD, *CORNERS)).encode())
+    name, items = read_features(file)
+    assert name == "OpenAir"
+    assert [each.name for each in items] == ["R-7"]
+
+
+def test_recognises_places_that_begin_with_the_hemisphere():
+    content = Content(b"AC R\nDP N600000 E0100000\nDP N600000 E0100600\nDP N600600 E0100600\n")
+    assert openair.recognises(content)
+
+
+@pytest.mark.parametrize("empty", ["AC", "AC ", "AC * no class"])
+def test_an_empty_class_is_bad(empty):
+    bad, good = read(empty, "AN x", *CORNERS, *HEAD, *CORNERS)
+    assert bad == Bad('airspace 1, "x"', "line 1: it has no AC with a class, such as AC D.")
+    assert good.category == "RESTRICTED"
+    (alone,) = read(empty, *CORNERS)
+    assert isinstance(alone, Bad)
+
+
+def test_an_outline_before_the_first_class_is_bad():
+    reason = "the outline has no AC with a class, such as AC D, before its DP."
+    assert Bad("line 3", reason) in read("AN x", "AL GND", *CORNERS)
+    assert Bad("line 2", reason) in read("AN x", *CORNERS, *HEAD, *CORNERS)
+
+
+def test_refuses_airspace_without_a_class_or_an_outline(tmp_path):
+    file = tmp_path / "zones.txt"
+    file.write_text("\n".join(("AN x", *CORNERS)))
+    terrain = Terrain("flat", np.zeros((9, 9)), 100.0, 100.0, "EPSG:32632", (5e5, 5e6))
+    with pytest.raises(InputError, match="line 2: the outline has no AC with a class"):
+        read_zones(file, terrain)
+    file.write_text("AC D\rAN x")
+    with pytest.raises(InputError, match="looks like OpenAir without an outline"):
+        read_zones(file, terrain)
 
 
 def test_reads_the_names_of_old_and_new_encodings():
@@ -170,14 +215,14 @@ def test_reads_across_the_antimeridian():
 
 def test_leaves_out_terrain_and_names_unknown_records():
     found = read(
-        "DP 1", "TO Lake", CORNERS[0], *HEAD, "ZZ 5", "ZZ 6", *CORNERS, "TC Town", *CORNERS
+        "AN 1", "TO Lake", CORNERS[0], *HEAD, "ZZ 5", "ZZ 6", *CORNERS, "TC Town", *CORNERS
     )
     areas = [part for part in found if not isinstance(part, LeftOut)]
     assert len(areas) == 1
     assert [part for part in found if isinstance(part, LeftOut)] == [
         LeftOut("line 2", "the terrain 'Lake' is no airspace"),
         LeftOut("line 13", "the terrain 'Town' is no airspace"),
-        LeftOut("line 1", "the record DP before the first AC is not known"),
+        LeftOut("line 1", "the record AN before the first AC is not known"),
         LeftOut("line 8", "the record ZZ is not known"),
     ]
 

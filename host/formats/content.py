@@ -60,6 +60,11 @@ _TEXTS: tuple[tuple[str, str], ...] = (
         r"(?i)^[^\n]{0,200}\b(lat|lon|latitude|longitude|x)\b[^\n]{0,200}[,;]",
         "a table of positions",
     ),
+    (
+        r"\A(#[^\r\n]*[\r\n]+)*[-+]?\d[\d.]*[ \t,;]+[-+]?\d[\d.]*[ \t]*([\r\n]|\Z)",
+        "a polygon of Mission Planner (.poly), which does not say whether to stay inside or "
+        "outside: save it as a .fen to stay inside, or as GeoJSON to stay outside",
+    ),
     (r"(?i)^\s*<!doctype html|^\s*<html", "a web page"),
     (r"^\s*[{\[]", "JSON"),
 )

@@ -19,16 +19,21 @@ _FEWEST_ROWS = 5
 
 
 def recognises(content: Content) -> bool:
-    """Return whether a text is rows of two numbers, or is named ``.fen``."""
+    """Return whether a text is rows of two numbers, or is named ``.fen``.
+
+    A polygon without a return point, a ``.poly``, looks alike but is closed by its first row.
+    """
     if content.name.lower().endswith(".fen"):
         return content.is_text
+    if content.name.lower().endswith(".poly"):
+        return False
     first = next((line for line in content.text.splitlines() if line[:1] not in ("#", "")), "")
     if not all(map(_PAIR.fullmatch, first.replace(",", " ").split())):
         return False
     rows = _rows(content)
-    return len(rows) >= _FEWEST_ROWS and all(
-        len(words) == 2 and all(map(_PAIR.fullmatch, words)) for _, words in rows
-    )
+    if len(rows) < _FEWEST_ROWS or rows[0][1] == rows[-1][1]:
+        return False
+    return all(len(words) == 2 and all(map(_PAIR.fullmatch, words)) for _, words in rows)
 
 
 def features(content: Content) -> Iterator[Read]:

@@ -2,9 +2,11 @@
 
 import pytest
 
+from pathgene.host.errors import InputError
 from pathgene.host.formats import fen
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Bad
+from pathgene.host.formats.registry import read_features
 
 
 POINTS = ("60.0, 10.05", "59.99\t10.04", "59.99 10.06", "60.01, 10.05", "59.99 10.04")
@@ -32,6 +34,27 @@ def test_the_polygon_may_be_open():
 )
 def test_takes_no_other_text(lines):
     assert not fen.recognises(content(*lines))
+
+
+@pytest.mark.parametrize("ending", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize(
+    ("corners", "name"),
+    [
+        ((*POINTS[:3], POINTS[0]), "field.poly"),
+        ((*POINTS[:4], POINTS[0]), "field.poly"),
+        ((*POINTS[:4], POINTS[0]), "download"),
+        (POINTS[:4], "field.POLY"),
+        (POINTS, "field.poly"),
+    ],
+)
+def test_a_polygon_without_a_meaning_is_refused_with_the_remedy(tmp_path, corners, name, ending):
+    file = tmp_path / name
+    file.write_bytes(ending.join(("#saved by Mission Planner 1.3", *corners, "")).encode())
+    with pytest.raises(InputError) as caught:
+        read_features(file)
+    why = "looks like a polygon of Mission Planner (.poly), which does not say whether to stay "
+    assert why in str(caught.value)
+    assert "save it as a .fen to stay inside, or as GeoJSON to stay outside" in str(caught.value)
 
 
 @pytest.mark.parametrize(

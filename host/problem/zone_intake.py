@@ -15,7 +15,7 @@ from pathgene.host.formats.features import Bad, Feature, LeftOut, Reference
 from pathgene.host.formats.registry import read_features
 from pathgene.host.formats.shapes import Shape
 from pathgene.host.problem.active_times import LONGEST_S, Interval, intervals
-from pathgene.host.problem.heights import Heights, Stated, encloses_nothing, follows_ground
+from pathgene.host.problem.heights import Band, Heights, Stated, encloses_nothing, follows_ground
 from pathgene.host.problem.placing import Placed, place, swapped_on_map
 from pathgene.host.problem.rings import require_corners
 from pathgene.host.problem.zone_report import Record, report, touches
@@ -178,6 +178,7 @@ def _zones(
         corners = [corner for ring in feature.rings for corner in ring]
         times = intervals(feature.periods, options.departure, corners, options.longest_s)
     every = tuple(band for _, some in bands for band in some)
+    _check_order(feature, parts, every, heights.terrain)
     is_active = any((first or 0.0) <= options.longest_s for first, _ in times)
     record = Record(feature, parts, every, is_active)
     if not feature.forbids or encloses_nothing(feature):
@@ -194,6 +195,30 @@ def _zones(
         for interval in times
     ]
     return record, zones
+
+
+def _check_order(
+    feature: Feature, parts: Sequence[Placed], bands: Sequence[Band], terrain: Terrain
+) -> None:
+    """Check that a zone which forbids is not upside down wherever it lies on the map.
+
+    Raises
+    ------
+    InputError
+        If it is; limits of two references are compared over the ground of the map.
+    """
+    lower, upper = feature.lower, feature.upper
+    if not feature.forbids or lower is None or upper is None or lower == upper:
+        return
+    if lower.reference is upper.reference:
+        is_reversed, where = lower.height_m > upper.height_m, ""
+    else:
+        is_on_map = any(touches(part, terrain) for part in parts)
+        is_reversed, where = is_on_map and all(band.is_empty for band in bands), " on this map"
+    if is_reversed:
+        raise InputError(
+            f"its lower limit, {lower.described}, lies above its upper, {upper.described}{where}."
+        )
 
 
 def _fault(feature: Feature) -> str | None:

@@ -77,11 +77,6 @@ def test_counts_and_limits_are_said(monkeypatch):
         ({"upper": metres(-3.0, Reference.AGL)}, {}, "its upper limit is under the ground"),
         ({"lower": metres(900.0)}, {"ceiling_m": 900.0}, "its lower limit is over the ceiling"),
         (
-            {"lower": metres(500.0), "upper": metres(40.0, Reference.AGL)},
-            {},
-            "its lower limit is not below its upper limit",
-        ),
-        (
             {"lower": metres(300.0), "upper": metres(300.0)},
             {},
             "its lower limit is its upper limit",
@@ -101,6 +96,36 @@ def test_a_zone_that_forbids_nothing_is_a_warning(monkeypatch, more, options, re
     assert found.reading.facts["can_forbid"] == 0
     # The same zone, with room for a flight, gives no warning.
     assert said(read(monkeypatch, feature(3)), "warning") == []
+
+
+STANDARD, AGL = Reference.STANDARD, Reference.AGL
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "said"),
+    [
+        (
+            metres(500.0),
+            metres(40.0, AGL),
+            "500 m AMSL, lies above its upper, 40 m AGL on this map",
+        ),
+        (metres(2895.6, STANDARD), metres(304.8, AGL), "2895.6 m STD, lies above its upper, 304"),
+        (metres(2895.6, STANDARD), metres(0.0, AGL), "2895.6 m STD, lies above its upper, 0 m AGL"),
+        (metres(120.0, AGL), metres(0.0, AGL), "120 m AGL, lies above its upper, 0 m AGL."),
+        (metres(900.0), metres(300.0), "900 m AMSL, lies above its upper, 300 m AMSL."),
+    ],
+)
+def test_a_zone_upside_down_is_bad(monkeypatch, lower, upper, said):
+    wrong = feature(3, lower=lower, upper=upper)
+    with pytest.raises(InputError, match=r'feature 3, "R-7": its lower limit, ') as refusal:
+        read(monkeypatch, wrong)
+    assert said in str(refusal.value)
+    # It is read where it informs only, and where it lies elsewhere if the ground decides.
+    informs = feature(3, lower=lower, upper=upper, category="E", forbids=False)
+    assert read(monkeypatch, informs).reading.facts["read"] == 1
+    if lower.reference is not upper.reference:
+        off = feature(3, at=(90_000.0, 0.0), lower=lower, upper=upper)
+        assert "off the map" in read(monkeypatch, off).reading.warnings[1]
 
 
 def test_a_file_without_a_zone_that_forbids_is_a_warning(monkeypatch):

@@ -100,6 +100,8 @@ class Period:
     first, last : time or SunEvent, optional
         Bounds in each day, UTC; None for the whole day. ``last`` may lie before ``first``: the
         period then ends on the following day.
+    has_plain_times : bool
+        A time or moment of the file has no time zone, and counts as UTC.
     """
 
     start: datetime | None = None
@@ -107,6 +109,8 @@ class Period:
     days: frozenset[int] = frozenset()
     first: time | SunEvent | None = None
     last: time | SunEvent | None = None
+    # Periods are equal even if they are stated differently.
+    has_plain_times: bool = field(default=False, compare=False)
 
 
 @dataclass(frozen=True)

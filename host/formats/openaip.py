@@ -19,7 +19,7 @@ from pathgene.host.formats.collection import (
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Feature, LeftOut, Limit, Period, Read, SunEvent
 from pathgene.host.formats.limits import limit, limit_text
-from pathgene.host.formats.times import daily, moment
+from pathgene.host.formats.times import between, daily, moment
 from pathgene.host.remarks import Grade, Remark
 
 
@@ -187,7 +187,7 @@ def _periods(facts: Mapping[str, Any], unread: list[str]) -> tuple[Period, ...]:
         raise InputError(f"its hoursOfOperation must be an object, not {hours!r:.40}.")
     listed = hours.get("operatingHours")
     if not listed:
-        return (Period(start, end),) if start or end else ()
+        return (between(start, end),) if start or end else ()
     if not isinstance(listed, list) or not all(isinstance(each, dict) for each in listed):
         raise InputError("its operatingHours must be a list of objects.")
     if "local" in str(hours.get("remarks", "")).lower():

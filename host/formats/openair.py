@@ -28,7 +28,7 @@ from pathgene.host.formats.features import (
     label,
 )
 from pathgene.host.formats.limits import limit_text
-from pathgene.host.formats.times import moment
+from pathgene.host.formats.times import between, moment
 from pathgene.host.numeric import parse
 
 
@@ -329,7 +329,7 @@ def _periods(airspace: _Airspace) -> Iterator[Period]:
             None if side.strip().upper() == "NONE" else moment(side.strip())
             for side in (start, end)
         )
-        period = Period(first, last)
+        period = between(first, last)
         if period.start and period.end and period.end < period.start:
             raise InputError(f"AA {value!r} ends before its start.")
         yield period

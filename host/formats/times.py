@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from datetime import UTC, datetime, time, timedelta
+from dataclasses import replace
+from datetime import UTC, datetime, time, timedelta, timezone
 from typing import Any
 
 from pathgene.host.errors import InputError
 from pathgene.host.formats.features import Period, SunEvent
 
 
-__all__ = ["applicability", "daily", "moment"]
+__all__ = ["applicability", "between", "daily", "moment"]
 
 _DAYS = ("MON", "TUE", "WED", "THU", "FRI", "SAT", "SUN")
 _DAY = timedelta(days=1)
 _FIRST, _LAST = datetime.min.replace(tzinfo=UTC), datetime.max.replace(tzinfo=UTC)
 # A Monday in UTC, on which times of day are placed.
 _MONDAY = datetime(2024, 1, 1, tzinfo=UTC)
+# The time zone of moments that state none.
+_ASSUMED = timezone(timedelta(0), "UTC, assumed")
 
 
 def moment(text: Any) -> datetime:
@@ -34,7 +37,7 @@ def moment(text: Any) -> datetime:
             raise ValueError
         found = datetime.fromisoformat(midnight)
         if found.tzinfo is None:
-            found = found.replace(tzinfo=UTC)
+            found = found.replace(tzinfo=_ASSUMED)
         try:
             found += _DAY if midnight != str(text) else timedelta()
             found.astimezone(UTC)
@@ -44,6 +47,12 @@ def moment(text: Any) -> datetime:
     except ValueError:
         raise InputError(f"{text!r} is no date and time, such as 2026-05-01T06:00:00Z.") from None
     return found
+
+
+def between(start: datetime | None, end: datetime | None) -> Period:
+    """Return the period between two moments, which may be None for no bound."""
+    plain = any(bound is not None and bound.tzinfo is _ASSUMED for bound in (start, end))
+    return Period(start, end, has_plain_times=plain)
 
 
 def daily(
@@ -84,7 +93,15 @@ def daily(
             # From a time to the same time on the next day.
             days |= frozenset((day + 1) % 7 for day in days)
         first_time = last_time = None
-    return Period(start, end, frozenset() if len(days) == 7 else days, first_time, last_time)
+    bounds = [each for each in (begin, finish) if isinstance(each, datetime)]
+    plain = any(each.tzinfo is _ASSUMED for each in bounds)
+    return replace(
+        between(start, end),
+        days=frozenset() if len(days) == 7 else days,
+        first=first_time,
+        last=last_time,
+        has_plain_times=plain or between(start, end).has_plain_times,
+    )
 
 
 def _on_monday(text: str | SunEvent | None) -> datetime | SunEvent | None:
@@ -96,7 +113,7 @@ def _on_monday(text: str | SunEvent | None) -> datetime | SunEvent | None:
         of_day = time.fromisoformat(text)
     except ValueError:
         raise InputError(f"{text!r} is no time of day, such as 06:00:00Z.") from None
-    return datetime.combine(_MONDAY.date(), of_day, of_day.tzinfo or UTC)
+    return datetime.combine(_MONDAY.date(), of_day, of_day.tzinfo or _ASSUMED)
 
 
 def applicability(value: Any) -> tuple[Period, ...]:
@@ -131,7 +148,7 @@ def _periods(part: dict[str, Any]) -> Iterator[Period]:
         raise InputError(f"its period ends on {end.isoformat()}, before its start.")
     schedule = part.get("schedule")
     if not schedule:
-        yield Period(start, end)
+        yield between(start, end)
         return
     for each in schedule if isinstance(schedule, list) else [schedule]:
         if not isinstance(each, dict):

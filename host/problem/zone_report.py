@@ -188,6 +188,7 @@ def report(
         *_left_out(name, left_out),
         *_unread(name, [record for record in on_map if record.feature.forbids]),
         *_own_remarks(name, on_map),
+        *_plain_times(name, [record for record in on_map if record.feature.forbids]),
         *_assumed(name, able, terrain, has_departure=has_departure, has_qnh=has_qnh),
     ]
     return Reading(facts, tuple(remarks))
@@ -286,6 +287,20 @@ def _own_remarks(name: str, records: Iterable[Record]) -> Iterator[Remark]:
             by_remark.setdefault(remark, []).append(record.feature.label)
     for remark, labels in by_remark.items():
         yield Remark(remark.grade, f"{name}: {_labels(labels)}: {remark.text}.")
+
+
+def _plain_times(name: str, records: Iterable[Record]) -> Iterator[Remark]:
+    """Yield a warning for zones with times that have no time zone: local time may be meant."""
+    plain = [
+        record.feature.label
+        for record in records
+        if any(period.has_plain_times for period in record.feature.periods)
+    ]
+    if plain:
+        yield Remark(
+            Grade.WARNING,
+            f"{name}: times without a time zone count as UTC: {_labels(plain)}.",
+        )
 
 
 def _assumed(

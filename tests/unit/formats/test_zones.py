@@ -221,7 +221,10 @@ def test_a_fence_to_stay_in_is_a_zone_around_it(tmp_path):
             fence(version=1),
             "its fences are of another version than 2; save it with a newer program.",
         ),
-        (fence(polygons=[{"polygon": [[1]]}]), "fence polygon 1: the polygon is bad."),
+        (
+            fence(polygons=[{"polygon": [[1]], "inclusion": False}]),
+            "fence polygon 1: the polygon is bad.",
+        ),
         (
             fence(circles=[{"circle": {"center": [45, 9], "radius": -1}, "inclusion": False}]),
             "fence circle 1: the circle is bad.",

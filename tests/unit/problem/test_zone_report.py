@@ -11,6 +11,7 @@ from pathgene.host.formats.classes import forbidding as classes_of
 from pathgene.host.formats.classes import forbids
 from pathgene.host.formats.features import Feature, Limit, Period, Reference
 from pathgene.host.formats.features import LeftOut as Left
+from pathgene.host.formats.times import applicability, between, moment
 from pathgene.host.problem import zone_intake
 from pathgene.host.problem.zones import ZoneOptions, read_zones
 from pathgene.host.remarks import Grade, Remark
@@ -295,3 +296,25 @@ def test_a_fence_to_stay_in_with_swapped_coordinates_is_refused(monkeypatch):
         read(monkeypatch, Feature(1, "", swapped, keeps_in=True))
     (zone,) = read(monkeypatch, Feature(1, "", (corners,), keeps_in=True)).zones
     assert len(zone.holes) == 1
+
+
+@pytest.mark.parametrize(
+    ("period", "is_plain"),
+    [
+        ({"startDateTime": "2026-05-01T06:00:00Z", "endDateTime": "2027-05-01T06:00:00Z"}, False),
+        ({"startDateTime": "2026-05-01T06:00:00", "endDateTime": "2027-05-01T06:00:00Z"}, True),
+        ({"schedule": [{"day": ["ANY"], "startTime": "06:00:00", "endTime": "20:00:00Z"}]}, True),
+        ({"schedule": [{"day": ["ANY"], "startTime": "06:00Z", "endTime": "20:00+02:00"}]}, False),
+        ({"schedule": [{"day": ["ANY"], "startEvent": "SR", "endEvent": "SS"}]}, False),
+    ],
+)
+def test_times_without_a_time_zone_are_a_warning(monkeypatch, period, is_plain):
+    zone = feature(3, periods=applicability(period))
+    wanted = ['airspace.txt: times without a time zone count as UTC: feature 3, "R-7".']
+    for options in ({}, {"departure": DEPARTURE}):
+        assert said(read(monkeypatch, zone, **options), "warning")[-1:] == wanted * is_plain
+
+
+def test_intervals_of_openair_without_a_time_zone_are_plain():
+    assert between(moment("2026-05-01T06:00"), None).has_plain_times
+    assert not between(moment("2026-05-01T06:00Z"), moment("9999-12-31T23:59Z")).has_plain_times

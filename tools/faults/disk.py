@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 from pathgene.host.files.disk import Disk
+from tools.faults.platter import Platter
 
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ class FaultyDisk(Disk):
     Each method of :class:`pathgene.host.files.disk.Disk` is a call, and so is each write that a
     file passes on to the system. A write that fails is torn: part of its data, drawn from the seed,
     reaches the disk. As in the kernel, a partial write is not an error; the call after it fails. A
-    sync does not wait for the real disk.
+    sync does not wait for the real disk, but the ``platter`` notes it.
 
     Parameters
     ----------
@@ -51,6 +52,8 @@ class FaultyDisk(Disk):
         Raise :class:`Killed` instead, at this and every later call.
     seed : int
         Seed of the lengths of torn writes.
+    platter : Platter, optional
+        Notes the bytes and names that survive a loss of power.
 
     Attributes
     ----------
@@ -58,6 +61,8 @@ class FaultyDisk(Disk):
         The calls made, with the names of their files.
     failed, slowed : bool
         True once a call has failed or the process is killed; true once a call was slow.
+    refused : list of str
+        The calls that failed with an error, as in ``calls``.
     """
 
     def __init__(
@@ -68,8 +73,11 @@ class FaultyDisk(Disk):
         lasting: bool = False,
         kill: bool = False,
         seed: int = 0,
+        platter: Platter | None = None,
     ) -> None:
         self.calls: list[str] = []
+        self.refused: list[str] = []
+        self._platter = platter
         self._at, self._error, self._lasting, self._kill = at, error, lasting, kill
         self._random = random.Random(seed)
         self._owed = False
@@ -78,35 +86,52 @@ class FaultyDisk(Disk):
     def create(self, path: Path) -> BinaryIO:
         """Open a new file."""
         self._call("create", path)
-        return io.BufferedWriter(_File(self, path, "xb"))
+        file = io.BufferedWriter(_File(self, path, "xb"))
+        if self._platter:
+            self._platter.enter(path)
+        return file
 
     def append(self, path: Path) -> BinaryIO:
         """Open a file for reading and for writing at its end."""
         self._call("append", path)
-        return io.BufferedRandom(_File(self, path, "a+b"))
+        file = io.BufferedRandom(_File(self, path, "a+b"))
+        if self._platter:
+            self._platter.enter(path)
+        return file
 
     def sync(self, file: BinaryIO) -> None:
         """Flush a file."""
         file.flush()
-        self._call("sync", Path(str(file.name)))
+        path = Path(str(file.name))
+        self._call("sync", path)
+        if self._platter:
+            self._platter.sync(path)
 
     def sync_directory(self, path: Path) -> None:
         """Count the call."""
         self._call("sync_directory", path)
+        if self._platter:
+            self._platter.sync_names(path)
 
     def link(self, source: Path, target: Path) -> None:
         """Give a file a second name."""
         self._call("link", source)
         super().link(source, target)
+        if self._platter:
+            self._platter.link(source, target)
 
     def rename(self, source: Path, target: Path) -> None:
         """Rename a file."""
         self._call("rename", target, needs_space=False)
+        if self._platter:
+            self._platter.move(source, target)
         super().rename(source, target)
 
     def unlink(self, path: Path) -> None:
         """Remove a file."""
         self._call("unlink", path, needs_space=False)
+        if self._platter:
+            self._platter.remove(path)
         super().unlink(path)
 
     def make_directory(self, path: Path) -> None:
@@ -146,6 +171,7 @@ class FaultyDisk(Disk):
         self.failed = True
         if self._kill:
             raise Killed
+        self.refused.append(self.calls[-1])
         raise OSError(self._error, os.strerror(self._error), str(path))
 
     def _is_due(self, *, needs_space: bool) -> bool:

@@ -10,7 +10,7 @@ from typing import Any, Self
 
 from pathgene.host.compare.entrants import Entrant
 from pathgene.host.errors import InputError
-from pathgene.host.files.disk import current
+from pathgene.host.files.disk import current, sync_names
 from pathgene.host.files.special import is_special
 from pathgene.host.inputs import parse_json
 from pathgene.host.numeric import is_number
@@ -60,6 +60,7 @@ class RunStore:
         try:
             self._lock()
             self._read()
+            self._sync()
         except BaseException:
             self._file.close()
             raise
@@ -96,12 +97,23 @@ class RunStore:
             self._file.write(f"{json.dumps(line, allow_nan=False)}\n".encode())
             current().sync(self._file)
         except OSError as error:
-            raise InputError(
-                f"Cannot write to {str(self.path)!r} ({error.strerror or error}); "
-                "correct that and give the same command again."
-            ) from None
+            raise self._refused(error) from None
         self._records[entrant.key, seed] = line
         return line
+
+    def _sync(self) -> None:
+        """Store the file's name, and the runs that a killed process wrote and did not sync."""
+        try:
+            current().sync(self._file)
+        except OSError as error:
+            raise self._refused(error) from None
+        sync_names(self.path.parent)
+
+    def _refused(self, error: OSError) -> InputError:
+        return InputError(
+            f"Cannot write to {str(self.path)!r} ({error.strerror or error}); "
+            "correct that and give the same command again."
+        )
 
     def _lock(self) -> None:
         try:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 
-__all__ = ["Disk", "current", "using"]
+__all__ = ["Disk", "current", "sync_names", "using"]
 
 
 class Disk:
@@ -59,6 +59,12 @@ _current = Disk()
 def current() -> Disk:
     """Return the disk that files are written to now."""
     return _current
+
+
+def sync_names(directory: Path) -> None:
+    """Wait until the disk has the names in a folder, if its file system can tell."""
+    with contextlib.suppress(OSError):
+        current().sync_directory(directory)
 
 
 @contextlib.contextmanager

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from pathgene.host import interrupts
-from pathgene.host.files.disk import current
+from pathgene.host.files.disk import current, sync_names
 from pathgene.host.files.special import is_special, write_through
 
 
@@ -109,14 +109,21 @@ class _Change:
             older = self._keep(place)
             current().rename(file, place)
             self._older[place] = older
-        for place in (self._directory / name for name in removed):
-            if os.path.lexists(place) and not (_is_directory(place) or is_special(place)):
-                self._move(place, self._beside(place))
+        places = [self._directory / name for name in removed]
+        obsolete = [
+            place
+            for place in places
+            if os.path.lexists(place) and not (_is_directory(place) or is_special(place))
+        ]
+        if obsolete:
+            # After a loss of power, a missing file must not be the only trace of the change:
+            # nobody would notice it.
+            sync_names(self._directory)
+        for place in obsolete:
+            self._move(place, self._beside(place))
         for place, file in staged[-1:]:
             current().rename(file, place)  # Need not be undone: nothing after it can fail.
-        # Not every file system supports it, and the files are in place.
-        with contextlib.suppress(OSError):
-            current().sync_directory(self._directory)
+        sync_names(self._directory)
 
     def undo(self) -> bool:
         """Put the older files back; return whether all are."""
@@ -127,6 +134,7 @@ class _Change:
                     current().rename(older, place)
                 else:
                     current().unlink(place)
+                sync_names(self._directory)  # Step by step, as in apply().
             except OSError:
                 is_whole = False
                 if older is not None:

@@ -4,6 +4,7 @@ import errno
 import fcntl
 import itertools
 import os
+import random
 import signal
 import threading
 
@@ -13,6 +14,7 @@ from pathgene.host.files import replacement
 from pathgene.host.files.disk import Disk, current, using
 from pathgene.host.files.replacement import replace_files
 from tools.faults.disk import FaultyDisk, Killed
+from tools.faults.platter import Platter
 
 
 OLD = {"a": b"old a", "c": b"old c", "gone": b"old gone", "last": b"old last"}
@@ -112,6 +114,29 @@ def test_a_killed_process_leaves_whole_files_and_the_next_one_clears_up(folder):
         replace(folder)
         assert contents(folder) == NEW
     assert mixed
+
+
+def test_a_loss_of_power_never_leaves_the_old_files_without_one_of_them(folder):
+    """A missing file would not be noticed, a file of another run would be."""
+    lost = 0
+    for at in range(1, len(calls_of(folder)) + 1):
+        for seed in range(10):
+            for entry in folder.iterdir():
+                entry.unlink()
+            for name, content in OLD.items():
+                (folder / name).write_bytes(content)
+            platter = Platter(folder)
+            with using(FaultyDisk(at, kill=True, platter=platter)), pytest.raises(Killed):
+                replace(folder)
+            platter.lose(random.Random(seed))
+            visible = {name: text for name, text in contents(folder).items() if name[0] != "."}
+            for name, content in visible.items():
+                assert content in (OLD.get(name), NEW.get(name))
+            assert visible == OLD or not visible.items() <= OLD.items()
+            lost += visible not in (OLD, NEW)
+            replace(folder)
+            assert contents(folder) == NEW
+    assert lost
 
 
 def test_a_file_system_without_links(folder):

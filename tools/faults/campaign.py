@@ -13,7 +13,8 @@ from typing import Any
 
 from tools.faults.case import Case, draw
 from tools.faults.chips import Board, chip_names
-from tools.faults.disk_judge import DISK_SESSIONS, DiskJudge
+from tools.faults.disk_judge import DiskJudge
+from tools.faults.disk_sessions import DISK_SESSIONS
 from tools.faults.judge import Judge, Verdict
 from tools.faults.line_judge import LineJudge
 from tools.faults.planted import planted

@@ -51,6 +51,8 @@ class DiskFault:
     #: Whether all later calls fail or are slow too, and whether the process is killed.
     lasting: bool
     kill: bool
+    #: Whether the power fails at the kill, or at the end of the attempt if it makes fewer calls.
+    power: bool = False
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,7 @@ class Case:
     """A session with faults."""
 
     seed: int
-    #: Key of :data:`tools.faults.chips.CHIPS` or :data:`tools.faults.disk_judge.DISK_SESSIONS`.
+    #: Key of :data:`tools.faults.chips.CHIPS` or :data:`tools.faults.disk_sessions.DISK_SESSIONS`.
     session: str
     work: int
     sessions_before: int = 0
@@ -164,7 +166,8 @@ def _disk_case(rng: random.Random, seed: int, session: str, extent: DiskExtent) 
                 at=rng.randrange(1, extent.calls + 1),
                 error=rng.choice((errno.ENOSPC, errno.ENOSPC, errno.EIO, errno.EROFS, SLOW)),
                 lasting=rng.random() < 0.5,
-                kill=rng.random() < 0.4,
+                kill=(kill := rng.random() < 0.5),
+                power=kill and rng.random() < 0.7,
             )
             for _ in range(attempts)
         ),

@@ -92,6 +92,12 @@ class ModelOnLine:
         """Let time pass."""
         return b"", seconds
 
+    def memory(self) -> bytes:
+        """Return the map and the population; see :class:`tools.faults.line.ChipOnLine`."""
+        chip = self._model
+        map_bytes = chip.checking.terrain.heights.tobytes() if chip.checking else b""
+        return map_bytes + repr(chip.core.paths if self._config.paper_core else "").encode()
+
 
 class VerilatedOnLine(VerilatedProgram):
     """The Verilog of a chip, simulated by Verilator in another process; it counts ``cycles``."""
@@ -115,6 +121,10 @@ class VerilatedOnLine(VerilatedProgram):
         self.send(2, round(seconds * CLOCK_HZ))
         sent, cycles = self._sent()
         return sent, cycles / CLOCK_HZ
+
+    def memory(self) -> bytes:
+        """Return nothing: the memories of the Verilog are not read."""
+        return b""
 
     def _sent(self) -> tuple[bytes, int]:
         """Return the bytes that the chip has sent, and the cycles elapsed."""

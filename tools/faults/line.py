@@ -94,6 +94,10 @@ class ChipOnLine(Protocol):
         """Let time pass until a frame has been sent; return its bytes and the seconds."""
         ...
 
+    def memory(self) -> bytes:
+        """Return the map and the population, read past the line; empty if nothing can read them."""
+        ...
+
 
 class VirtualClock:
     """A clock that advances with reads from a line, ``now_s`` seconds after its start.
@@ -121,16 +125,16 @@ class _OneWay:
         self._frame = bytearray()
         self._of_frame: list[LineEvent] = []
         self._late: list[Frame] = []
-        self._sent = 0
+        self.sent = 0
         self.happened: list[LineEvent] = []
 
     def quiet(self, size: int) -> int:
         """Return how many of the next ``size`` bytes pass without a fault."""
-        return min(self._events[0].at - self._sent, size) if self._events else size
+        return min(self._events[0].at - self.sent, size) if self._events else size
 
     def send_quietly(self, data: bytes) -> list[Frame]:
         """Send bytes that pass without a fault; return the frames that arrive now."""
-        self._sent += len(data)
+        self.sent += len(data)
         *ended, begun = data.split(_DELIMITER)
         arrived = []
         for piece in ended:
@@ -148,7 +152,7 @@ class _OneWay:
         """
         arrived = bytearray([value])
         others = []
-        while self._events and self._events[0].at <= self._sent:
+        while self._events and self._events[0].at <= self.sent:
             event = self._events.popleft()
             self.happened.append(event)
             if event.fault is LineFault.DROP:
@@ -165,7 +169,7 @@ class _OneWay:
                 self._of_frame.append(event)
             else:
                 others.append(event)
-        self._sent += 1
+        self.sent += 1
         self._frame += arrived
         if value != DELIMITER:
             return [], others
@@ -249,6 +253,11 @@ class FaultyLine:
     def happened(self) -> list[LineEvent]:
         """The faults that have occurred."""
         return [event for way in self._ways.values() for event in way.happened]
+
+    @property
+    def sent(self) -> dict[Way, int]:
+        """The number of bytes sent in each direction."""
+        return {way: one_way.sent for way, one_way in self._ways.items()}
 
     @property
     def in_waiting(self) -> int:

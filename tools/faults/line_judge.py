@@ -6,7 +6,7 @@ import random
 from collections import Counter
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from pathgene.host.terrain import Terrain
 from tools.faults.case import Case, Extent
 from tools.faults.chips import Board, chip_on_line
 from tools.faults.judge import DifferentError, Judge, Verdict
-from tools.faults.line import ChipOnLine, FaultyLine, VirtualClock, Way
+from tools.faults.line import ChipOnLine, FaultyLine, LineFault, VirtualClock
 from tools.faults.tracing import counted_lines, signal_of, signalled
 
 
@@ -164,6 +164,12 @@ _PATIENCE = {Board.MODEL: (0.25, 12), Board.SIM: (0.03, 12)}
 #: Packages of ``host`` whose lines Ctrl-C may meet.
 _PACKAGES = ("device",)
 
+#: Maximum number of damaged bytes and frames after which no error is excused: the link repeats a
+#: command 12 times, and each damage costs it one or two of them.
+_EXCUSED = 4
+#: Milliseconds without a byte that the patience of a link bridges.
+_BRIDGED_MS = 300
+
 Told = list[Any]
 
 
@@ -185,21 +191,31 @@ class _Comparison:
             raise DifferentError(f"{len(self._told) - self._at} results are missing")
 
 
+class _Usual(NamedTuple):
+    """A session without faults."""
+
+    told: Told
+    #: The memory of the chip at its end.
+    memory: bytes
+    extent: Extent
+
+
 class LineJudge(Judge):
     """Judges sessions with a kind of board; keeps their messages without faults.
 
     A session must end as it does without faults, with a documented error, or by Ctrl-C. Replies
-    received before the end must equal the replies without faults. After that, another session does
-    the whole work over a line without faults.
+    received before the end must equal the replies without faults, and so must the memory of the
+    chip after a whole session. An error needs a fault that the link cannot bridge. After that,
+    another session does the whole work over a line without faults.
     """
 
     def __init__(self, board: Board) -> None:
         self.board = board
-        self._kept: dict[tuple[str, int], tuple[Told, Extent]] = {}
+        self._kept: dict[tuple[str, int], _Usual] = {}
 
     def extent(self, session: str, work: int) -> Extent:
         """Return how long a session is without faults."""
-        return self._without_faults(session, work)[1]
+        return self._without_faults(session, work).extent
 
     def run(self, case: Case, verdict: Verdict) -> None:
         """Run a session; see :class:`tools.faults.judge.Judge`."""
@@ -207,18 +223,21 @@ class LineJudge(Judge):
             self._run(case, chip, verdict)
 
     def _run(self, case: Case, chip: ChipOnLine, verdict: Verdict) -> None:
-        told, _ = self._without_faults(case.session, case.work)
         for number in range(1, case.sessions_before + 1):
             chip.feed(encode_frame(bytes((number % 256, 255, Command.OPEN))))
         line, link = self._connect(chip, case)
         opened: Chip | None = None
         try:
-            with signalled(case.signal_at, _PACKAGES):
+            with signalled(case.signal_at, _PACKAGES) as sent:
                 opened = Chip(link)
-                _do(opened, case, told)
+                self._do(opened, case, chip)
+            if sent:
+                raise DifferentError(f"{sent[0].name} had no effect")
         except KeyboardInterrupt:
             verdict.outcome = "interrupted"
         except JobError as error:
+            if not _excuse(case, line):
+                raise
             verdict.outcome = type(error).__name__
         verdict.faults.update(event.fault.value for event in line.happened)
         verdict.faults["clock jump"] += len(case.jumps)
@@ -228,16 +247,18 @@ class LineJudge(Judge):
             line.heal()
             try:
                 opened.reopen()
-                _do(opened, case, told)
+                self._do(opened, case, chip)
                 verdict.outcome += ", resumed"
             except JobError:
+                if _can_resume(case, line):
+                    raise
                 verdict.outcome += ", not resumed"
         link.close()
 
         verdict.faults += Counter()  # Without zeros.
         _, link = self._connect(chip)
         with Chip(link) as later:
-            _do(later, case, told)
+            self._do(later, case, chip)
 
     def _connect(self, chip: ChipOnLine, case: Case | None = None) -> tuple[FaultyLine, Link]:
         timeout_s, attempts = _PATIENCE[self.board]
@@ -246,16 +267,28 @@ class LineJudge(Judge):
         line = FaultyLine(chip, clock, events, patience_s=1.5 * attempts * timeout_s)
         return line, Link(line, timeout_s=timeout_s, attempts=attempts, clock=clock)
 
-    def _without_faults(self, name: str, work: int) -> tuple[Told, Extent]:
+    def _do(self, opened: Chip, case: Case, chip: ChipOnLine) -> None:
+        """Execute a session; a refusal is not a documented end, because all requests are valid."""
+        usual = self._without_faults(case.session, case.work)
+        comparison = _Comparison(usual.told)
+        try:
+            _session(case.session)(opened, case.work, comparison)
+        except RefusedError as error:
+            raise DifferentError(f"the chip refused what was right: {error}") from None
+        comparison.end()
+        if chip.memory() != usual.memory:
+            raise DifferentError("the chip has another map or population than without faults")
+
+    def _without_faults(self, name: str, work: int) -> _Usual:
         if (name, work) not in self._kept:
             told: Told = []
             with chip_on_line(self.board, name) as chip:
                 line, link = self._connect(chip)
                 with counted_lines(_PACKAGES) as lines, Chip(link) as opened:
                     _session(name)(opened, work, told.append)
-            traffic = link.traffic
-            sent = {Way.TO_BOARD: traffic.bytes_to_board, Way.FROM_BOARD: traffic.bytes_from_board}
-            self._kept[name, work] = told, Extent(sent, line.clock.readings, lines[0])
+                memory = chip.memory()
+            extent = Extent(line.sent, line.clock.readings, lines[0])
+            self._kept[name, work] = _Usual(told, memory, extent)
         return self._kept[name, work]
 
 
@@ -263,11 +296,18 @@ def _session(name: str) -> Session:
     return SESSIONS[name.split(",")[0]]
 
 
-def _do(chip: Chip, case: Case, told: Told) -> None:
-    """Execute a session; a refusal is not a documented end, because all requests are valid."""
-    comparison = _Comparison(told)
-    try:
-        _session(case.session)(chip, case.work, comparison)
-    except RefusedError as error:
-        raise DifferentError(f"the chip refused what was right: {error}") from None
-    comparison.end()
+def _excuse(case: Case, line: FaultyLine) -> bool:
+    """Return whether the faults that have happened may end a session with an error."""
+    lasting = (LineFault.STALL, LineFault.FULL)
+    return len(line.happened) + len(case.jumps) > _EXCUSED or any(
+        event.fault in (LineFault.RESET, LineFault.CUT)
+        or (event.fault in lasting and event.value > _BRIDGED_MS)
+        for event in line.happened
+    )
+
+
+def _can_resume(case: Case, line: FaultyLine) -> bool:
+    """Return whether nothing has happened that excuses a board that is not taken back."""
+    faults = {event.fault for event in line.happened}
+    # The session after the last one is not numbered.
+    return not faults & {LineFault.RESET, LineFault.CUT} and case.sessions_before < 254

@@ -13,13 +13,16 @@ from cobs import cobs
 from pathgene.hdl.config import Config
 from pathgene.hdl.protocol import codec
 from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, CRC_BYTES, Frame, FrameError
-from pathgene.hdl.protocol.codes import StickyError
+from pathgene.hdl.protocol.codes import Status, StickyError
 from pathgene.hdl.protocol.messages import info_reply
+from pathgene.host import interrupts
 from pathgene.host.compare.store import RunStore
+from pathgene.host.device import link
 from pathgene.host.device.chip_map import MapCopy
 from pathgene.host.device.link import Link, LinkError, LinkTimeoutError
-from pathgene.host.device.window import Request
+from pathgene.host.device.window import Request, Window
 from pathgene.host.errors import InputError
+from pathgene.host.files import replacement
 from pathgene.host.files.disk import current
 from pathgene.sim.model.chip import Chip
 
@@ -147,11 +150,13 @@ def _file_written_in_its_place() -> Patch:
 
     def replace_files(directory: Path, contents: Any, *, gone: Any = ()) -> None:
         for name, content in contents.items():
-            (directory / name).unlink(missing_ok=True)
+            if (directory / name).exists():
+                current().unlink(directory / name)
             with current().create(directory / name) as file:
                 file.write(content)
         for name in set(gone) - set(contents):
-            (directory / name).unlink(missing_ok=True)
+            if (directory / name).exists():
+                current().unlink(directory / name)
 
     return mock.patch("pathgene.host.report.write.replace_files", replace_files)
 
@@ -197,6 +202,148 @@ def _lost_run_counted() -> Patch:
     return mock.patch.object(RunStore, "add", add)
 
 
+class _Lazy:
+    """The current disk, which does not sync files."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(current(), name)
+
+    def sync(self, file: Any) -> None:
+        """Only hand the bytes to the system."""
+        file.flush()
+
+
+def _mixture_accepted() -> Patch:
+    """A run is read although a file next to its summary is of another run."""
+    return mock.patch("pathgene.host.report.read.verify", return_value=None)
+
+
+def _file_not_synced() -> Patch:
+    """A new file is renamed into its place before the disk has its bytes."""
+    return mock.patch("pathgene.host.files.replacement.current", _Lazy)
+
+
+def _folder_not_synced() -> Patch:
+    """A run counts as written before the disk has the names of its files."""
+    return mock.patch("pathgene.host.files.replacement.sync_names", return_value=None)
+
+
+def _stored_run_not_synced() -> Patch:
+    """A run counts as stored before the disk has its line."""
+    return mock.patch("pathgene.host.compare.store.current", _Lazy)
+
+
+def _name_of_stored_runs_not_synced() -> Patch:
+    """Runs count as stored before the disk has the name of their file."""
+    return mock.patch("pathgene.host.compare.store.sync_names", return_value=None)
+
+
+def _older_files_not_put_back() -> Patch:
+    """A failed replacement leaves the files that it has renamed."""
+    return mock.patch.object(replacement._Change, "undo", return_value=True)
+
+
+def _refusal_to_put_back_not_told() -> Patch:
+    """A replacement hides that the disk has refused to put older files back."""
+    usual = replacement._Change.undo
+
+    def undo(self: Any) -> bool:
+        usual(self)
+        return True
+
+    return mock.patch.object(replacement._Change, "undo", undo)
+
+
+def _obsolete_files_left() -> Patch:
+    """The files that a new run does not have stay."""
+    usual = replacement.replace_files
+
+    def replace_files(directory: Path, contents: Any, *, gone: Any = ()) -> None:
+        usual(directory, contents)
+
+    return mock.patch("pathgene.host.report.write.replace_files", replace_files)
+
+
+def _hidden_files_left() -> Patch:
+    """The hidden files of a killed process stay."""
+    return mock.patch.object(replacement, "_clear", return_value=None)
+
+
+def _stored_runs_not_read() -> Patch:
+    """A comparison repeats the runs that it has stored."""
+    return mock.patch.object(RunStore, "get", return_value=None)
+
+
+def _signal_forgotten() -> Patch:
+    """A signal that is held back has no effect."""
+
+    @contextlib.contextmanager
+    def held() -> Iterator[None]:
+        with interrupts.instead(lambda: None):
+            yield
+
+    return mock.patch.object(interrupts, "held", held)
+
+
+def _answer_of_an_earlier_session_taken() -> Patch:
+    """An answer to a command counts for the open session, whichever session it belongs to."""
+    usual = Link._exchange
+
+    def exchange(self: Link, session: int, requests: Sequence[Request]) -> None:
+        usual_decode = self._decode
+
+        def decode(data: bytes) -> list[Frame]:
+            return [
+                (body if plain else bytes([session]) + body[1:], plain)
+                for body, plain in usual_decode(data)
+            ]
+
+        with mock.patch.object(self, "_decode", decode):
+            usual(self, session, requests)
+
+    return mock.patch.object(Link, "_exchange", exchange)
+
+
+def _duplicate_taken_for_an_answer() -> Patch:
+    """The note that a command was executed before counts as its answer."""
+    usual = link._take
+
+    def take(requests: Sequence[Request], window: Window, body: bytes) -> None:
+        sequence, status = body[1:BODY_HEADER_BYTES]
+        index = window.index(sequence)
+        if status == Status.DUPLICATE and 0 <= index < window.sent:
+            window.confirm(index)
+        usual(requests, window, body)
+
+    return mock.patch.object(link, "_take", take)
+
+
+def _half_a_frame_kept() -> Patch:
+    """After a silence, the beginning of a frame is joined with the next frame."""
+    return mock.patch("pathgene.host.device.link.FrameSplitter.drop", return_value=None)
+
+
+def _session_of_a_reset_opened() -> Patch:
+    """The session after 255 has the number of a chip after a reset."""
+    return mock.patch.object(link, "_RESET_SESSION", -1)
+
+
+def _last_session_resumed() -> Patch:
+    """A session is resumed after 255, too."""
+    return mock.patch.object(link, "_LAST_SESSION", -1)
+
+
+def _given_up_at_the_first_silence() -> Patch:
+    """A single lost frame ends the session."""
+    usual = Link._exchange
+
+    def exchange(self: Link, session: int, requests: Sequence[Request]) -> None:
+        with mock.patch.object(self, "attempts", 1):
+            usual(self, session, requests)
+
+    return mock.patch.object(Link, "_exchange", exchange)
+
+
 #: Bugs by name.
 PLANTED: dict[str, Callable[[], Patch]] = {
     function.__name__[1:].replace("_", " "): function
@@ -212,6 +359,17 @@ PLANTED: dict[str, Callable[[], Patch]] = {
         _file_written_in_its_place,
         _torn_line_taken_for_whole,
         _lost_run_counted,
+        _mixture_accepted,
+        _file_not_synced,
+        _folder_not_synced,
+        _stored_run_not_synced,
+        _name_of_stored_runs_not_synced,
+        _older_files_not_put_back,
+        _refusal_to_put_back_not_told,
+        _obsolete_files_left,
+        _hidden_files_left,
+        _stored_runs_not_read,
+        _signal_forgotten,
     )
 }
 

@@ -128,7 +128,7 @@ class Platter:
 
 
 def _torn(synced: bytes, present: bytes, rng: random.Random) -> bytes:
-    """Return the bytes of a file of which ``synced`` are on the disk, and maybe others."""
+    """Return the bytes of a file of which ``synced`` are certainly on the disk."""
     if present == synced:
         return synced
     share = rng.choice((0.0, 0.5, 1.0))

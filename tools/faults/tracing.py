@@ -11,8 +11,12 @@ from types import FrameType
 from typing import Any
 
 from pathgene import host
-from pathgene.host.interrupts import SIGNALS, caught
+from pathgene.host.interrupts import caught
+from tools.faults.judge import DifferentError
 
+
+#: The signals that ``docs/reliability.md`` promises to heed; not the product's own list.
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 # The name in frames: through the link in pathgene/.
 _HOST = Path(host.__file__).parent
@@ -24,25 +28,37 @@ def signal_of(at: int) -> signal.Signals:
 
 
 @contextlib.contextmanager
-def signalled(at: int | None, packages: tuple[str, ...]) -> Iterator[None]:
+def signalled(at: int | None, packages: tuple[str, ...]) -> Iterator[list[signal.Signals]]:
     """Send this process a signal at the ``at``-th line of ``packages`` executed in the block.
 
-    The product's own handlers receive it. None sends nothing.
+    The product's own handlers receive it. The list has the signal once it has been sent. None sends
+    nothing.
+
+    Raises
+    ------
+    DifferentError
+        If the product leaves one of the signals at its default effect.
     """
+    sent: list[signal.Signals] = []
     if at is None:
-        yield
+        yield sent
         return
     left = iter(range(at, -1, -1))
 
     def count() -> None:
         if next(left, None) == 0:
-            signal.raise_signal(signal_of(at))
+            sent.append(signal_of(at))
+            signal.raise_signal(sent[0])
 
     # A background process may have been started with some of them ignored.
     before = {number: signal.signal(number, signal.SIG_DFL) for number in SIGNALS}
     try:
-        with caught(), _traced(count, packages):
-            yield
+        with caught():
+            for number in SIGNALS:
+                if signal.getsignal(number) is signal.SIG_DFL:
+                    raise DifferentError(f"{number.name} is not handled")
+            with _traced(count, packages):
+                yield sent
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

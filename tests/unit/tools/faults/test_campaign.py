@@ -32,9 +32,20 @@ NOTICED = {
     "map known before it is acknowledged": 127,
     "no limit of silence": 60,
     "command repeated by the chip": 0,
-    "file written in its place": 9,
-    "torn line taken for whole": 33,
-    "lost run counted": 28,
+    "file written in its place": 4,
+    "torn line taken for whole": 3,
+    "lost run counted": 3,
+    "mixture accepted": 44,
+    "file not synced": 14,
+    "folder not synced": 14,
+    "stored run not synced": 8,
+    "name of stored runs not synced": 108,
+    "older files not put back": 54,
+    "refusal to put back not told": 54,
+    "obsolete files left": 4,
+    "hidden files left": 9,
+    "stored runs not read": 3,
+    "signal forgotten": 48,
 }
 
 

@@ -6,11 +6,11 @@ from collections import Counter
 
 import pytest
 
-from pathgene.host.interrupts import SIGNALS
+from pathgene.host.interrupts import SIGNALS as CAUGHT
 from tools.faults.case import Case, DiskExtent, Extent, draw, shrunk
 from tools.faults.disk import SLOW, FaultyDisk
 from tools.faults.line import LineEvent, LineFault, Way
-from tools.faults.tracing import signal_of
+from tools.faults.tracing import SIGNALS, signal_of
 
 
 EXTENT = Extent({Way.TO_BOARD: 20_000, Way.FROM_BOARD: 10_000}, readings=500, lines=9_000)
@@ -48,10 +48,12 @@ def test_every_signal_and_every_fault_of_the_disk_is_drawn():
     assert {signal_of(case.signal_at) for case in cases if case.signal_at is not None} == set(
         SIGNALS
     )
+    assert set(SIGNALS) == set(CAUGHT)
     faults = [fault for case in cases for fault in case.disk]
     errors = {errno.ENOSPC, errno.EIO, errno.EROFS, SLOW}
     assert {fault.error for fault in faults if not fault.kill} == errors
-    assert any(fault.kill for fault in faults)
+    assert any(fault.kill and not fault.power for fault in faults)
+    assert any(fault.kill and fault.power for fault in faults)
     assert any(case.death_after is not None for case in cases)
 
 

@@ -31,8 +31,8 @@ def open_upload(sheet: Sheet, terrains: Terrains, name: str, content: bytes) -> 
     """Open a file whose kind is recognized by its name and content; return a report.
 
     A problem replaces everything in ``sheet``, a terrain everything except the planner, rules and
-    aircraft; zones are added to the existing ones. The sentences are the read report on a terrain
-    or on zones; there are none on other files.
+    aircraft; zones are added to the existing ones. The sentences are the read report on the
+    terrain and the zones; there are none on an aircraft.
 
     Raises
     ------
@@ -41,15 +41,14 @@ def open_upload(sheet: Sheet, terrains: Terrains, name: str, content: bytes) -> 
     """
     suffix = Path(name).suffix.lower()
     if suffix == ".toml":
-        _open_toml(sheet, name, content)
-        return []
+        return _open_toml(sheet, name, content)
     if suffix in zone_suffixes():
         return _open_zones(sheet, name, content)
     sheet.take_terrain(terrains.add_content(name, content, sheet.values))
     return list(sentences({"terrain": sheet.terrain().reading.to_dict(), "zones": {}}))
 
 
-def _open_toml(sheet: Sheet, name: str, content: bytes) -> None:
+def _open_toml(sheet: Sheet, name: str, content: bytes) -> list[str]:
     if len(content) > MOST_TOML_BYTES:
         most = MOST_TOML_BYTES // 1_000_000
         raise InputError(f"{name}: has more than {most} MB, too much for a problem.")
@@ -58,10 +57,13 @@ def _open_toml(sheet: Sheet, name: str, content: bytes) -> None:
         tables = parse_toml(text)
     except ValueError as error:
         raise InputError(f"{name}: not valid TOML: {error}.") from None
-    if set(tables) & set(TABLES):
-        sheet.open_text(text)
-    else:
+    if not set(tables) & set(TABLES):
         sheet.set("uav", aircraft.parse(text, name).to_dict())
+        return []
+    sheet.open_text(text)
+    terrain = sheet.terrain()
+    zones = read_zones_of(sheet.values, terrain).reading
+    return list(sentences({"terrain": terrain.reading.to_dict(), "zones": zones.to_dict()}))
 
 
 def _open_zones(sheet: Sheet, name: str, content: bytes) -> list[str]:

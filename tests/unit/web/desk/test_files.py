@@ -27,7 +27,7 @@ def sheet(tmp_path):
 
 
 def give(sheet, name, content):
-    open_upload(sheet, sheet._terrains, name, content)
+    return open_upload(sheet, sheet._terrains, name, content)
 
 
 def test_zones_come_besides_those_that_are_there(sheet):
@@ -80,6 +80,28 @@ def test_a_problem_replaces_all_and_an_aircraft_the_aircraft(sheet):
     assert sheet.values["uav"] == table
     assert sheet.values["clearance"] == 60.0
     assert sheet.mission().problem.aircraft.name == "mine"
+
+
+def test_a_problem_is_reported_like_its_files(sheet):
+    content = io.BytesIO()
+    place = {"crs": "EPSG:32632", "origin": np.array([500_000.0, 5_000_000.0])}
+    heights = np.tile(np.linspace(-60.0, 240.0, 60), (60, 1))
+    np.savez(content, elevation=heights, dx_m=50.0, dy_m=50.0, **place)
+    on_terrain = give(sheet, "coast.npz", content.getvalue())
+    on_zones = give(sheet, "lake.geojson", ZONES.replace(b'"upper": 90', b'"ceiling": 90'))
+    assert any("lie below 0 m" in sentence for sentence in on_terrain)
+    assert any("not read" in sentence for sentence in on_zones)
+    outside = '[[zones]]\nname = "far"\ncircle = [90000.0, 0.0, 50.0]\n'
+    said = give(sheet, "problem.toml", f"{sheet.text()}\n{outside}".encode())
+    assert said[: len(on_terrain)] == on_terrain
+    assert [each for each in said if "far" in each and "forbids nothing" in each] == said[-1:]
+    said = give(sheet, "aircraft.toml", "".join(_aircraft_lines()).encode())
+    assert said == []
+
+
+def _aircraft_lines():
+    for key, value in (load("heron").to_dict() | {"name": "mine"}).items():
+        yield f"{key} = {value!r}\n".replace("'", '"')
 
 
 def test_a_terrain_keeps_planner_and_rules(sheet):

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from pyproj.exceptions import ProjError
 from rasterio._err import CPLE_BaseError  # GDAL's errors, which no public module exports.
 from rasterio.crs import CRS
+from rasterio.enums import WktVersion
 from rasterio.errors import CRSError, RasterioError
 from rasterio.warp import transform as warp_transform
 
@@ -33,6 +34,7 @@ __all__ = [
     "known_crs",
     "local_crs",
     "place_points",
+    "require_agreement",
     "require_earth",
     "transform",
     "unit_m",
@@ -62,6 +64,8 @@ _LIKE_WGS84 = re.compile(
 )
 
 
+# Metres between a point by the parameters of a reference system and by its name that are too many.
+_DISAGREE_M = 1.0
 # Radii of the Earth's ellipsoids and spheres, and of other bodies that have maps.
 _EARTH_KM = (6_300.0, 6_450.0)
 _BODIES_KM = {"Mercury": 2_440.0, "Venus": 6_052.0, "the Moon": 1_737.0, "Mars": 3_396.0}
@@ -149,6 +153,58 @@ def require_earth(file: str | Path, crs: CRS) -> None:
         f"{file}: its reference system {system.name!r} is of {body or 'another body'}, with a "
         f"radius of {radius_km:,.0f} km, and not of the Earth; give a terrain on the Earth, or one "
         "without a reference system."
+    )
+
+
+def require_agreement(file: str | Path, plane: CRS, x: float, y: float) -> None:
+    """Check that the parameters of a reference system agree with its name.
+
+    GDAL loses the code of a system that it cannot read back, and a part of its parameters: the
+    sphere of EPSG:9311 in a GeoTIFF.
+
+    Parameters
+    ----------
+    plane : CRS
+        The system, without its heights.
+    x, y : float
+        A point of the map, by which both are compared.
+
+    Raises
+    ------
+    InputError
+        If PROJ has a system of the same name and units that places the point elsewhere.
+    """
+    if plane.to_epsg() is not None:
+        return
+    try:
+        system = pyproj.CRS.from_wkt(plane.to_wkt(version=WktVersion.WKT2_2019))
+        if system.is_bound and system.source_crs is not None:
+            system = system.source_crs
+        known = pyproj.CRS.from_user_input(system.name)
+        if known.name.casefold() != system.name.casefold() or not known.is_projected:
+            return
+        units = [[each.unit_conversion_factor for each in own.axis_info] for own in (system, known)]
+        if not np.allclose(units[0], units[1], rtol=1e-9):
+            return
+        # Before any shift of the datum, which a file may state in its own way.
+        read, named = (
+            pyproj.Transformer.from_crs(own, own.geodetic_crs, always_xy=True).transform(
+                x, y, errcheck=True
+            )
+            for own in (system, known)
+        )
+    except (ProjError, CRSError, CPLE_BaseError, ValueError):
+        return
+    away_m = pyproj.Geod(ellps="WGS84").inv(*read, *named)[2]
+    if not away_m > _DISAGREE_M:
+        return
+    code = known.to_authority()
+    name = ":".join(code) if code else f"{known.name!r}"
+    raise InputError(
+        f"{file}: its reference system has the name of {name}, {known.name!r}, but other "
+        f"parameters, which GDAL reads from it, and the two place the middle of the map "
+        f"{away_m:,.0f} m apart; if {name} is right, write the file again by it (gdalwarp -s_srs "
+        f"{name} -t_srs EPSG:4326 IN.tif OUT.tif), else correct the name."
     )
 
 

@@ -32,7 +32,7 @@ from pathgene.host.terrain.untrusted import (
     require_cells,
     require_own_crs,
 )
-from pathgene.host.terrain.vertical import vertical
+from pathgene.host.terrain.vertical import horizontal, vertical
 from pathgene.host.terrain.voids import UNDECLARED_VOID
 
 
@@ -148,6 +148,9 @@ def read(
                 nodata = file.nodata
                 has_points = transform.is_identity and bool(file.gcps[0])
                 _require_place(path, transform)
+                if crs is not None and not has_points:
+                    middle = file.xy(0.5 * file.height, 0.5 * file.width, offset="ul")
+                    geodesy.require_agreement(path, horizontal(crs), *middle)
     except (RasterioError, OSError, ValueError):
         raise InputError(f"{path}: {why_unreadable(path)}") from None
     if has_points:

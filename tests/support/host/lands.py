@@ -1,11 +1,14 @@
 """Files with heights of known terrain in any reference system, made by PROJ, not by our code."""
 
+import functools
 import warnings
 
 import numpy as np
 import pyproj
 import rasterio
 from affine import Affine
+from pyproj.database import query_crs_info
+from pyproj.enums import PJType
 
 
 GEODESICS = pyproj.Geod(ellps="WGS84")
@@ -64,3 +67,43 @@ def write(file, land, crs, *, cells=20, cell_m=50.0, unit=None, unit_m=1.0, dtyp
             if unit is not None:
                 made.units = (unit,)
     return True
+
+
+@functools.cache
+def known_systems(kind):
+    """Return all systems of EPSG of a kind that PROJ knows."""
+    return query_crs_info("EPSG", [kind])
+
+
+def systems(rng):
+    """Yield systems of EPSG at random, each with a place in its area of use.
+
+    One in eight is geographic.
+    """
+    while True:
+        is_projected = rng.integers(8) > 0
+        known = known_systems(PJType.PROJECTED_CRS if is_projected else PJType.GEOGRAPHIC_2D_CRS)
+        found = known[rng.integers(len(known))]
+        area = found.area_of_use
+        if area is None:
+            continue
+        east = area.east + (360 if area.east < area.west else 0)
+        lat = area.south + rng.uniform(0.2, 0.8) * (area.north - area.south)
+        lon = area.west + rng.uniform(0.2, 0.8) * (east - area.west)
+        if abs(lat) < 84:
+            yield f"EPSG:{found.code}", float(lat), float((lon + 180) % 360 - 180)
+
+
+def misread_m(file, crs):
+    """Return the metres between the middle of a file by its own system and by that it was made in.
+
+    Both are read by PROJ alone.
+    """
+    with rasterio.open(file) as made:
+        middle = made.xy(made.height / 2, made.width / 2, offset="ul")
+        systems = made.crs.to_wkt(version="WKT2_2019"), crs
+    away = [
+        pyproj.Transformer.from_crs(each, "EPSG:4326", always_xy=True).transform(*middle)
+        for each in systems
+    ]
+    return GEODESICS.inv(*away[0], *away[1])[2]

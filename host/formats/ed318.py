@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from pathgene.host.errors import InputError
@@ -27,7 +28,7 @@ from pathgene.host.formats.ed318_rules import (
 )
 from pathgene.host.formats.features import Bad, Feature, LeftOut, Limit, Period, Read, Reference
 from pathgene.host.formats.limits import limit
-from pathgene.host.formats.times import applicability
+from pathgene.host.formats.times import applicability, moment
 from pathgene.host.numeric import is_number
 from pathgene.host.remarks import Grade, Remark
 
@@ -68,18 +69,32 @@ def features(content: Content) -> Iterator[Read]:
     except InputError as error:
         yield Bad("the collection", str(error))
         departures = []
-    geoid = _geoid(document)
+    metadata = document.get("metadata") if isinstance(document, dict) else None
+    metadata = metadata if isinstance(metadata, dict) else {}
+    geoid, valid = _geoid(metadata), _valid(metadata)
 
     def read(member: Member) -> Iterator[Read]:
-        return _zone(member, departures, geoid)
+        for each in _zone(member, departures, geoid):
+            yield replace(each, valid=valid) if isinstance(each, Feature) else each
 
     yield from read_members(document, read)
 
 
-def _geoid(document: Any) -> str:
+def _valid(metadata: Mapping[str, Any]) -> Period | None:
+    """Return the time in which a collection is valid, if it states one; wrong ones are refused."""
+    try:
+        start, end = (
+            None if metadata.get(name) is None else moment(metadata[name])
+            for name in ("validFrom", "validTo")
+        )
+    except InputError:
+        return None
+    return Period(start, end) if start or end else None
+
+
+def _geoid(metadata: Mapping[str, Any]) -> str:
     """Return the geoid that a collection names, if it names one."""
-    metadata = document.get("metadata") if isinstance(document, dict) else None
-    geoid = metadata.get("otherGeoid") if isinstance(metadata, dict) else None
+    geoid = metadata.get("otherGeoid")
     return " ".join(geoid.split())[:MOST_NAME] if isinstance(geoid, str) else ""
 
 

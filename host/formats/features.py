@@ -149,6 +149,8 @@ class Feature:
         True for positions in metres of the terrain's frame instead of degrees.
     unread : tuple of str
         Names of properties that may limit the area and are not read.
+    valid : Period, optional
+        Time in which the whole file is valid, as it states; it limits no zone.
     remarks : tuple of Remark
         Clauses about the area, such as ``its heights contradict each other``; the report adds the
         names of the file and the area.
@@ -173,6 +175,7 @@ class Feature:
     keeps_in: bool = False
     is_local: bool = False
     unread: tuple[str, ...] = ()
+    valid: Period | None = None
     remarks: tuple[Remark, ...] = ()
     airspace_class: str = ""
 

@@ -145,7 +145,7 @@ def _taken(
         taken.left_out,
         terrain,
         ceiling_m=options.ceiling_m,
-        has_departure=options.departure is not None,
+        departure=options.departure,
         has_qnh=options.qnh_hpa is not None,
     )
     return taken

@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
 from typing import Any
 
 from pathgene.host.formats.features import Feature, LeftOut, Reference
@@ -142,7 +143,7 @@ def report(
     terrain: Terrain,
     *,
     ceiling_m: float | None,
-    has_departure: bool,
+    departure: datetime | None,
     has_qnh: bool,
 ) -> Reading:
     """Return the facts of a file and the remarks on them."""
@@ -189,7 +190,8 @@ def report(
         *_unread(name, [record for record in on_map if record.feature.forbids]),
         *_own_remarks(name, on_map),
         *_plain_times(name, [record for record in on_map if record.feature.forbids]),
-        *_assumed(name, able, terrain, has_departure=has_departure, has_qnh=has_qnh),
+        *_validity(name, on_map, departure),
+        *_assumed(name, able, terrain, has_departure=departure is not None, has_qnh=has_qnh),
     ]
     return Reading(facts, tuple(remarks))
 
@@ -301,6 +303,24 @@ def _plain_times(name: str, records: Iterable[Record]) -> Iterator[Remark]:
             Grade.WARNING,
             f"{name}: times without a time zone count as UTC: {_labels(plain)}.",
         )
+
+
+def _validity(name: str, records: Iterable[Record], departure: datetime | None) -> Iterator[Remark]:
+    """Yield a remark for each validity of a file that is over, not begun or not compared."""
+    for valid in dict.fromkeys(record.feature.valid for record in records):
+        if valid is None:
+            continue
+        stated = f"{name}: states that it is valid {described((valid,))}"
+        if departure is None:
+            yield Remark(Grade.NOTE, f"{stated}, which is not compared without --departure.")
+        elif valid.end is not None and valid.end < departure:
+            yield Remark(
+                Grade.WARNING, f"{stated}, before the departure; its zones count all the same."
+            )
+        elif valid.start is not None and valid.start > departure:
+            yield Remark(
+                Grade.WARNING, f"{stated}, after the departure; its zones count all the same."
+            )
 
 
 def _assumed(

@@ -309,6 +309,17 @@ def test_refuses_faults_that_no_schema_states(feature, reason):
     assert reason in bad.reason
 
 
+def test_reads_the_validity_of_the_collection():
+    times = {"validFrom": "2026-01-01T00:00:00Z", "validTo": "2026-02-01T00:00:00+01:00"}
+    document = {"type": "FeatureCollection", "metadata": times, "features": [zone(), zone(CIRCLE)]}
+    found = list(ed318.features(Content(json.dumps(document).encode())))
+    start, end = (datetime.fromisoformat(each) for each in times.values())
+    assert [each.valid for each in found] == 2 * [Period(start, end)]
+    assert [each.periods for each in found] == [(), ()]
+    (plain,) = read(zone())
+    assert plain.valid is None
+
+
 def test_takes_no_other_geojson():
     plain = {"type": "Feature", "properties": {"type": "PROHIBITED"}, "geometry": None}
     plain["geometry"] = {"type": "Polygon", "coordinates": [RING]}

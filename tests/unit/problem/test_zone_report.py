@@ -263,6 +263,28 @@ def test_times_need_a_departure(monkeypatch):
     assert len(said(timed, "note")) == 1
 
 
+@pytest.mark.parametrize(
+    ("start", "end", "grade", "text"),
+    [
+        (None, 4, "warning", "valid until 2026-04-04T00:00:00+00:00, before the departure"),
+        (6, None, "warning", "valid from 2026-06-06T00:00:00+00:00, after the departure"),
+        (4, 6, "note", ""),
+    ],
+)
+def test_the_validity_of_a_file_is_compared_with_the_departure(
+    monkeypatch, start, end, grade, text
+):
+    first, last = (month and datetime(2026, month, month, tzinfo=UTC) for month in (start, end))
+    parts = [feature(number, valid=Period(first, last)) for number in (1, 2)]
+    found = read(monkeypatch, *parts, departure=DEPARTURE)
+    remarks = [each for each in said(found, grade) if "states that it is valid" in each]
+    assert len(remarks) == bool(text)
+    assert all(each.startswith(f"airspace.txt: states that it is {text}") for each in remarks)
+    assert len(found.zones) == 2
+    unknown = said(read(monkeypatch, *parts), "note")
+    assert sum("which is not compared without --departure" in each for each in unknown) == 1
+
+
 def test_bad_features_are_named_and_skipped_on_demand(monkeypatch):
     bad = Feature(17, "R-7", (((9.0, 45.0), (9.1, 45.0)),))
     with pytest.raises(InputError) as refusal:

@@ -14,9 +14,19 @@ from numpy.typing import NDArray
 from pathgene.host.errors import InputError
 from pathgene.host.formats.features import Position
 from pathgene.host.numeric import is_number
+from pathgene.host.remarks import Grade, Remark
 
 
-__all__ = ["MOST_NAME", "Placing", "Rings", "areas", "check_degrees", "named_system", "unread"]
+__all__ = [
+    "MOST_NAME",
+    "Placing",
+    "Rings",
+    "areas",
+    "check_degrees",
+    "named_system",
+    "unread",
+    "unread_texts",
+]
 
 #: Outer ring and holes, without the closing corners; one ring of one position for a point.
 Rings = tuple[tuple[Position, ...], ...]
@@ -35,6 +45,17 @@ _KINDS = ("Point", "MultiPoint", "LineString", "MultiLineString")
 # Distance of the corners on an edge that is straight in a projection, in its units (usually
 # metres), and their maximum number.
 _STEP, _MOST_STEPS = 1000.0, 500
+
+# Names of properties for the class of an airspace, which formats of airspace define.
+_CLASS = re.compile(r"(air ?space|icao)?[_ ]?class", re.IGNORECASE)
+# Limits of height in a text for people.
+_HEIGHT_IN_TEXT = re.compile(
+    r"\d\s{0,3}(?:m|ft|feet|met(?:er|re)s?)?\s{0,3}(?:AGL|AMSL|MSL|ASL|ASFC)\b"
+    r"|\bFL\s{0,3}\d{2,3}\b"
+    r"|\b(?:upper|lower)\s{1,3}(?:limit|altitude)s?\b[^\d]{0,40}\d"
+    r"|\b(?:ceiling|floor)\s{0,3}[:=]?\s{0,3}\d",
+    re.IGNORECASE,
+)
 
 
 @dataclass(frozen=True)
@@ -217,3 +238,16 @@ def unread(properties: Mapping[str, Any], known: Iterable[str]) -> tuple[str, ..
         for key, value in properties.items()
         if key not in names and value not in (None, "", [], {}) and _LIMITING.search(key)
     )
+
+
+def unread_texts(properties: Mapping[str, Any], description: Any) -> tuple[Remark, ...]:
+    """Return notes on a class, and on limits of height in a description, which are not read."""
+    remarks = [
+        Remark(Grade.NOTE, f"its {key} {value!r:.40} is not read, and it forbids flight")
+        for key, value in properties.items()
+        if _CLASS.fullmatch(key) and isinstance(value, str | int) and value != ""
+    ]
+    if isinstance(description, str) and _HEIGHT_IN_TEXT.search(description):
+        text = "its description names limits of height and is not read"
+        remarks.append(Remark(Grade.NOTE, text))
+    return tuple(remarks)

@@ -13,7 +13,14 @@ from numpy.typing import NDArray
 
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import json_bytes, reading
-from pathgene.host.formats.areas import MOST_NAME, Placing, areas, named_system, unread
+from pathgene.host.formats.areas import (
+    MOST_NAME,
+    Placing,
+    areas,
+    named_system,
+    unread,
+    unread_texts,
+)
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import (
     Bad,
@@ -300,7 +307,9 @@ def _read(number: int, feature: Any, placing: Placing, is_own: bool) -> Iterator
             is_local=placing.is_local,
             unread=unread(properties, (*_READ, *heights.read)),
             # Files of our own always state metres above sea level by numbers.
-            remarks=() if is_own else heights.remarks,
+            remarks=()
+            if is_own
+            else (*heights.remarks, *unread_texts(properties, properties.get("description"))),
         )
 
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from xml.etree import ElementTree as ET
 
 from pathgene.host.errors import InputError
-from pathgene.host.formats.areas import MOST_NAME, Rings, check_degrees, unread
+from pathgene.host.formats.areas import MOST_NAME, Rings, check_degrees, unread, unread_texts
 from pathgene.host.formats.features import (
     Bad,
     Edges,
@@ -135,7 +135,9 @@ def placemark(
             *unread(data, (*_READ, *named, *limits.read)),
             *dict.fromkeys(limiting),
         ),
-        "remarks": () if is_ours else limits.remarks,
+        "remarks": ()
+        if is_ours
+        else (*limits.remarks, *unread_texts(data, text_of(element, "description"))),
     }
     own = limits.lower, limits.upper
     if circle:

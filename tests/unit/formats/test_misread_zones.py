@@ -167,3 +167,47 @@ def test_inclusion_of_a_fence_is_true_or_false(value, keeps_in):
 )
 def test_other_inclusions_make_a_fence_bad(inclusion, why):
     assert fences(inclusion) == [Bad("fence polygon 1", f"the polygon is bad ({why}).")]
+
+
+CLASS = "its class 'D' is not read, and it forbids flight"
+DESCRIPTION = "its description names limits of height and is not read"
+
+
+def described(text, properties=()):
+    """Return the remarks on a zone with a description, in GeoJSON and in KML."""
+    found = reads(document({"name": "R-7", "description": text, **dict(properties)}))
+    shown = f"<Placemark><description><![CDATA[{text}]]></description>"
+    found += reads(placemark(dict(properties)).replace("<Placemark>", shown), kml)
+    return [[remark.text for remark in each.remarks] for each in found]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "<td>Upper limit</td><td>400 ft</td>",
+        "Lower Altitude: 120",
+        "from ground to FL 95",
+        "SFC - FL095, class D",
+        "up to 4500 ft AMSL",
+        "1500ft MSL",
+        "120 AGL",
+        "Ceiling: 400",
+    ],
+)
+def test_limits_in_a_description_are_a_note(text):
+    assert described(text) == [[DESCRIPTION]] * 2
+
+
+@pytest.mark.parametrize(
+    "text", ["", "a park", "upper lake", "Gainesville, FL 32601", "MSL", "no upper limit", "12 m"]
+)
+def test_other_descriptions_are_no_note(text):
+    assert described(text) == [[]] * 2
+
+
+@pytest.mark.parametrize("key", ["class", "Class", "airspace_class", "icaoClass"])
+def test_a_class_of_plain_files_is_a_note(key):
+    note = CLASS.replace("class", key, 1)
+    assert described("", {key: "D"}) == [[note]] * 2
+    assert described("to FL 95", {key: "D"}) == [[note, DESCRIPTION]] * 2
+    assert described("", {"classification": "D", f"{key}_of": "D"}) == [[]] * 2

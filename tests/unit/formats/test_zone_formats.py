@@ -173,8 +173,10 @@ def judge_openaip(data, features):
         same_heights(feature, expected)
         # Types described in the documents of openAIP, with an obvious consequence.
         plain = {1: True, 2: True, 3: True, 4: True, 7: True, 10: False, 21: False, 33: False}
+        # The classes A to D require a clearance, whatever the type says.
+        is_controlled = properties["icaoClass"] < 4
         if properties["type"] in plain:
-            assert feature.forbids == plain[properties["type"]]
+            assert feature.forbids == (plain[properties["type"]] or is_controlled)
         if properties["type"] == 0 and properties["icaoClass"] < 7:
             assert feature.category == "ABCDEFG"[properties["icaoClass"]]
 

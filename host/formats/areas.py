@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -102,7 +103,7 @@ def areas(geometry: Any, placing: Placing, *, is_circle: bool) -> tuple[list[Rin
     placing : Placing
         The meaning of its coordinates.
     is_circle : bool
-        Points are centres of circles.
+        Points, also those of a MultiPoint, are centres of circles.
 
     Raises
     ------
@@ -124,6 +125,10 @@ def areas(geometry: Any, placing: Placing, *, is_circle: bool) -> tuple[list[Rin
             waiting += reversed(members)
         elif kind == "Point" and is_circle:
             found.append((placing.ring([coordinates]),))
+        elif kind == "MultiPoint" and is_circle:
+            if not isinstance(coordinates, list):
+                raise InputError("the coordinates of a MultiPoint must be a list.")
+            found += [(placing.ring([each]),) for each in coordinates]
         elif kind in ("Polygon", "MultiPolygon"):
             found += _polygons(kind, coordinates, placing)
         elif kind in _KINDS:
@@ -148,9 +153,17 @@ def _polygons(kind: str, coordinates: Any, placing: Placing) -> Iterable[Rings]:
 
 def _closed(kind: str, coordinates: Any) -> str:
     """Return the kind of a point or a line, and whether it closes."""
-    if kind == "LineString" and isinstance(coordinates, list) and len(coordinates) > 3:
-        return f"closed {kind}" if coordinates[0] == coordinates[-1] else kind
-    return kind
+    lines = {"LineString": [coordinates], "MultiLineString": coordinates}.get(kind)
+    return f"closed {kind}" if isinstance(lines, list) and _closes(lines) else kind
+
+
+def _closes(lines: list[Any]) -> bool:
+    """Return whether a line ends where it begins, or lines form rings together."""
+    drawn = [line for line in lines if isinstance(line, list) and len(line) > 1]
+    if any(len(line) > 3 and line[0] == line[-1] for line in drawn):
+        return True
+    ends = Counter(json.dumps(line[side]) for line in drawn for side in (0, -1))
+    return len(drawn) > 2 and all(count % 2 == 0 for count in ends.values())
 
 
 def _pairs(points: Any) -> tuple[Position, ...]:

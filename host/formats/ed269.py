@@ -12,7 +12,14 @@ from typing import Any
 from pathgene.host.errors import InputError
 from pathgene.host.formats import classes
 from pathgene.host.formats.areas import Placing, Rings
-from pathgene.host.formats.collection import Member, check_order, members, read_members, sized
+from pathgene.host.formats.collection import (
+    Member,
+    check_order,
+    doubts,
+    members,
+    read_members,
+    sized,
+)
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Feature, LeftOut, Limit, Read
 from pathgene.host.formats.limits import limit
@@ -70,6 +77,7 @@ def _zone(member: Member) -> Iterator[Read]:
                 periods,
                 category,
                 forbids=classes.forbids(category),
+                remarks=doubts(radius_m),
             )
 
 

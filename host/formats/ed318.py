@@ -12,6 +12,7 @@ from pathgene.host.formats.areas import MOST_NAME, Placing, Rings, areas
 from pathgene.host.formats.collection import (
     Member,
     check_order,
+    doubts,
     members,
     properties_of,
     read_members,
@@ -124,7 +125,10 @@ def _zone(member: Member, common: Sequence[str], geoid: str) -> Iterator[Read]:
                 category,
                 forbids=forbids,
                 unread=tuple(unread),
-                remarks=tuple(_remarks(departures, geoid, (lower, upper))),
+                remarks=(
+                    *_remarks(departures, geoid, (lower, upper)),
+                    *doubts(radius_m),
+                ),
             )
 
 

@@ -217,9 +217,10 @@ def recognises(content: Content) -> bool:
 def features(content: Content) -> Iterator[Read]:
     """Yield the polygons and circles of GeoJSON; a multi-polygon is several polygons.
 
-    A circle is a point with the property ``radius_m``. Other points, and lines, are left out. The
-    lines and marks of the path in a ``path.geojson`` are passed over, so that its zones can be
-    read. A polygon, and a point with ``radius_m``, is kept whatever its properties say.
+    A circle is a point with the property ``radius_m``; so is each point of a multi-point. A closed
+    line, and a point with a radius by another name, are bad. Other points, and lines, are left
+    out. The lines and marks of the path in a ``path.geojson`` are passed over, so that its zones
+    can be read. A polygon, and a point with ``radius_m``, is kept whatever its properties say.
 
     Coordinates are longitude and latitude, or local metres if the document has the member
     ``"crs_local": true``. A third coordinate is ignored.
@@ -313,14 +314,14 @@ def _read(number: int, feature: Any, placing: Placing, is_own: bool) -> Iterator
         )
 
 
-def _left_out(tag: str, kind: str, properties: dict[str, Any]) -> LeftOut:
-    """Return the reason why a point or line is no zone."""
+def _left_out(tag: str, kind: str, properties: dict[str, Any]) -> LeftOut | Bad:
+    """Return the reason why a point or line is no zone; one that may forbid flight is bad."""
     sized = next((key for key in properties if "radius" in key.lower()), None)
     if kind in ("Point", "MultiPoint") and sized is not None:
-        return LeftOut(
-            tag, f'the radius of a circle is the property "radius_m", not {sized!r}', True
-        )
-    return LeftOut(tag, f"a {kind} is not an area", kind.startswith("closed"))
+        return Bad(tag, f'the radius of a circle is the property "radius_m", not {sized!r}.')
+    if kind.startswith("closed"):
+        return Bad(tag, f"a {kind} is not an area; save it as a polygon.")
+    return LeftOut(tag, f"a {kind} is not an area")
 
 
 def _name(properties: dict[str, Any]) -> str:

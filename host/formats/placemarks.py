@@ -161,14 +161,13 @@ def placemark(
 
 def _others(
     element: ET.Element, tag: str, data: dict[str, str], has_areas: bool
-) -> Iterator[LeftOut]:
-    """Yield the parts of a placemark that are not areas."""
+) -> Iterator[LeftOut | Bad]:
+    """Yield the parts of a placemark that are not areas; a point with a radius is bad."""
     points = [each for each in element.iter() if tag_of(each) == "Point"]
     lines = [each for each in every(element, "LineString") if not _is_closed(each)]
     sized = next((key for key in data if "radius" in key.lower()), None)
     if points and sized is not None:
-        why = f'the radius of a circle is the extended data "radius_m", not {sized!r}'
-        yield LeftOut(tag, why, True)
+        yield Bad(tag, f'the radius of a circle is the extended data "radius_m", not {sized!r}.')
     elif points and not has_areas:
         yield LeftOut(tag, "a Point is not an area")
     if lines:

@@ -273,10 +273,6 @@ LEFT_OUT = {
     ),
     "nothing": (placemark(""), "R-7", "it has no geometry", False),
     "empty multi-geometry": (placemark(multi()), "R-7", "it has no geometry", False),
-    "radius of another name": (
-        placemark("<Point><coordinates>10,60</coordinates></Point>", data(Radius=5)),
-        "R-7", "'Radius'", True,
-    ),
     "link": (
         "<NetworkLink><name>all</name><Link><href>all.kml</href></Link></NetworkLink>",
         "all", "linked zones are not read", True,
@@ -314,6 +310,13 @@ def test_names_each_construct_that_is_no_area_once(row):
     assert [part.name for part in parts if isinstance(part, Feature)] == ["zone"]
     with pytest.raises(InputError, match="there is no polygon or circle in it; "):
         read(HEAD.format(text))
+
+
+def test_a_point_with_a_radius_of_another_name_is_bad():
+    point = placemark("<Point><coordinates>10,60</coordinates></Point>", data(Radius=5))
+    (part,) = read(HEAD.format(point))
+    assert isinstance(part, Bad)
+    assert part.reason.endswith("extended data \"radius_m\", not 'Radius'.")
 
 
 def test_an_update_of_another_document_is_named():

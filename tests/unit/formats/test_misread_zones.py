@@ -5,10 +5,11 @@ import json
 import pytest
 
 from pathgene.host.errors import InputError
-from pathgene.host.formats import geojson, kml, plan
+from pathgene.host.formats import ed269, ed318, geojson, kml, plan
 from pathgene.host.formats.content import Content
-from pathgene.host.formats.features import Bad, Limit, Reference
+from pathgene.host.formats.features import Bad, LeftOut, Limit, Reference
 from pathgene.host.formats.registry import read_features
+from pathgene.host.remarks import Grade
 
 
 RING = [[9.0, 45.0], [9.01, 45.0], [9.01, 45.01], [9.0, 45.0]]
@@ -211,3 +212,55 @@ def test_a_class_of_plain_files_is_a_note(key):
     assert described("", {key: "D"}) == [[note]] * 2
     assert described("to FL 95", {key: "D"}) == [[note, DESCRIPTION]] * 2
     assert described("", {"classification": "D", f"{key}_of": "D"}) == [[]] * 2
+
+
+PLACES = [[9.0, 45.0], [9.1, 45.1]]
+
+
+def test_each_point_of_a_multi_point_with_a_radius_is_a_circle():
+    circles = reads(document({"radius_m": 250}, {"type": "MultiPoint", "coordinates": PLACES}))
+    assert [circle.rings for circle in circles] == [(((9.0, 45.0),),), (((9.1, 45.1),),)]
+    assert [circle.radius_m for circle in circles] == [250.0, 250.0]
+
+
+SIDES = [[RING[0], RING[1]], [RING[1], RING[2]], [RING[0], RING[2]]]
+
+
+@pytest.mark.parametrize(
+    ("geometry", "properties", "reason"),
+    [
+        ({"type": "Point", "coordinates": PLACES[0]}, {"radius": 500}, "the radius of a circle is"),
+        ({"type": "MultiPoint", "coordinates": PLACES}, {"Radius_km": 1}, "the radius of a circle"),
+        ({"type": "LineString", "coordinates": RING}, {}, "a closed LineString is not an area; "),
+        ({"type": "MultiLineString", "coordinates": [RING]}, {}, "a closed MultiLineString is not"),
+        ({"type": "MultiLineString", "coordinates": SIDES}, {}, "a closed MultiLineString is not"),
+    ],
+)
+def test_a_part_that_may_forbid_flight_is_bad(geometry, properties, reason):
+    (part,) = reads(document(properties, geometry))
+    assert isinstance(part, Bad)
+    assert part.reason.startswith(reason)
+
+
+def test_open_lines_and_plain_points_are_left_out():
+    for kind, places in (
+        ("MultiLineString", SIDES[:2]),
+        ("LineString", RING[:3]),
+        ("Point", PLACES[0]),
+    ):
+        (part,) = reads(document({}, {"type": kind, "coordinates": places}))
+        assert isinstance(part, LeftOut)
+
+
+@pytest.mark.parametrize(("radius", "notes"), [(5, 1), (9.99, 1), (10, 0), (5000, 0)])
+def test_a_tiny_circle_of_a_publication_is_doubtful(radius, notes):
+    circle = {"type": "Circle", "center": [9.0, 45.0], "radius": radius}
+    zone = {"restriction": "PROHIBITED", "geometry": [{"horizontalProjection": circle}]}
+    extent = {"subType": "Circle", "radius": radius}
+    point = {"type": "Point", "coordinates": [9.0, 45.0], "extent": extent}
+    layered = document({"type": "PROHIBITED", "zoneAuthority": []}, point)
+    for reader, value in ((ed269, {"features": [zone]}), (ed318, layered)):
+        (feature,) = reads(value, reader)
+        said = [remark.text for remark in feature.remarks if remark.grade is Grade.WARNING]
+        text = f"its radius is {radius:g} m; kilometres or nautical miles may be meant"
+        assert said == [text] * notes

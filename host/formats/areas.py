@@ -36,6 +36,10 @@ Rings = tuple[tuple[Position, ...], ...]
 MOST_NAME = 80
 # Map editors continue longitudes beyond 180 as the user scrolls; twice around is enough.
 _MOST_LONGITUDE = 720.0
+# Coordinates that are larger than metres of a terrain's frame, and than any projected metres.
+_PROJECTED, _SCALED = 100_000.0, 21_000_000.0
+# A system by authority and number, with or without the version of the register.
+_SYSTEM = re.compile(r"(EPSG|ESRI)\D{1,30}?(?:[\d.]+[:/])?(\d{4,6})(?!\d)", re.IGNORECASE)
 # Names of properties that may limit an area in height, size or time.
 _LIMITING = re.compile(
     r"upper|lower|floor|ceil|altitude|(?<![a-z])alt|height|limit|radius|(?<![a-z])(agl|amsl|fl)(?![a-z])"
@@ -89,8 +93,18 @@ class Placing:
             return pairs
         if self.system is not None:
             pairs = _converted(pairs, self.system)
-        check_degrees(pairs, 'for local metres add the member "crs_local": true.')
+        check_degrees(pairs, _remedy(pairs))
         return pairs
+
+
+def _remedy(pairs: tuple[Position, ...]) -> str:
+    """Return the remedy for positions that are no degrees."""
+    largest = max((abs(value) for pair in pairs for value in pair), default=0.0)
+    if largest >= _SCALED:
+        return "it looks like degrees times 10,000,000: divide them, or save in EPSG:4326."
+    if largest >= _PROJECTED:
+        return "it looks like projected metres: name the system in crs, or save in EPSG:4326."
+    return 'for local metres add the member "crs_local": true.'
 
 
 def areas(geometry: Any, placing: Placing, *, is_circle: bool) -> tuple[list[Rings], list[str]]:
@@ -205,7 +219,7 @@ def named_system(document: Mapping[str, Any]) -> str | None:
     if document.get("crs") is None:
         return None
     name = json.dumps(document["crs"])
-    code = re.search(r"EPSG\D{1,12}(\d{4,6})(?!\d)", name)
+    code = _SYSTEM.search(name)
     if "CRS84" in name:
         return None
     if code is None:
@@ -216,7 +230,7 @@ def named_system(document: Mapping[str, Any]) -> str | None:
     # Loads rasterio.
     from pathgene.host.terrain.geodesy import is_like_wgs84, known_crs
 
-    system = f"EPSG:{code.group(1)}"
+    system = f"{code.group(1).upper()}:{code.group(2)}"
     if known_crs(system).is_geographic and is_like_wgs84(system):
         return None
     return system

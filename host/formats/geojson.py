@@ -231,6 +231,11 @@ def features(content: Content) -> Iterator[Read]:
         If the document is not GeoJSON, or its reference system is unknown.
     """
     document = content.json
+    if isinstance(document, list):
+        raise InputError(
+            'it is a bare list; put its features into {"type": "FeatureCollection", "features": '
+            "[...]}."
+        )
     if not isinstance(document, dict):
         raise InputError("not a GeoJSON object.")
     if kind := _other_kind(document):

@@ -28,6 +28,7 @@ __all__ = ["Intake", "ZoneOptions", "intake"]
 # Distance in degrees within which a place and the same place with swapped coordinates are
 # neighbours.
 _NEIGHBOURS_DEG = 2.0
+_SWAP = "swap them in the file, or in --origin LAT,LON if you gave it."
 
 
 @dataclass(frozen=True)
@@ -232,7 +233,7 @@ def _fault(feature: Feature) -> str | None:
 def _refusal(bad: Sequence[Bad], total: int) -> str:
     """Return the message about bad features: the first one, and the option that skips them."""
     text = f"{bad[0].label}: {bad[0].reason}"
-    if bad[0].reason.endswith("swap them in the file."):
+    if bad[0].reason.endswith(_SWAP):
         return f"{text.rstrip('.')}, or leave it out by --skip-bad-zones."
     if len(bad) < total:
         others = f" and {len(bad) - 1} more are bad" if len(bad) > 1 else ""
@@ -258,7 +259,7 @@ def _swapped(
             continue
         found[number] = (
             f"it lies off the map, at latitude {latitude:g} and longitude {longitude:g}, and on "
-            "the map with the two swapped; swap them in the file."
+            f"the map with the two swapped; {_SWAP}"
         )
     return found
 

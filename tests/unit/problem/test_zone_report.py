@@ -302,8 +302,12 @@ def test_bad_features_are_named_and_skipped_on_demand(monkeypatch):
 def test_swapped_coordinates_are_refused_by_place(monkeypatch):
     right = feature()
     swapped = Feature(2, "prison", (tuple((lat, lon) for lon, lat in right.rings[0]),))
-    with pytest.raises(InputError, match=r'feature 2, "prison": it lies off the map, at latitude'):
+    with pytest.raises(
+        InputError, match=r'feature 2, "prison": it lies off the map, at'
+    ) as refusal:
         read(monkeypatch, right, swapped)
+    remedy = "swap them in the file, or in --origin LAT,LON if you gave it, or leave it out by "
+    assert str(refusal.value).endswith(f"{remedy}--skip-bad-zones.")
     # A zone elsewhere that is not on the map in either order is not a fault.
     assert (
         read(monkeypatch, right, feature(2, at=(400_000.0, 0.0))).zones

@@ -332,7 +332,7 @@ def test_read_geographic_zones(tmp_path):
     ("document", "message"),
     [
         ("{", r"is not JSON: .+; give GeoJSON, .+\.$"),
-        ("[]", r": not a GeoJSON object\.$"),
+        ("3", r": not a GeoJSON object\.$"),
         (
             {"features": [{"attributes": {"NAME": "R-7"}, "geometry": {"rings": []}}]},
             r": it is the JSON of ArcGIS, not GeoJSON; save or request it as GeoJSON\.$",

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from pathgene.host.problem.edges import clipped, densified, lined, unwrapped
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["Placed", "place", "swapped_on_map"]
+__all__ = ["Placed", "Swapped", "place", "swapped_on_map"]
 
 Floats = NDArray[np.float64]
 
@@ -35,6 +36,11 @@ _BEYOND_M = 1000.0
 # Corners of the polygon inside an inclusion circle, and around a circle that is far away.
 _CIRCLE_CORNERS = 180
 _FAR_CIRCLE_CORNERS = 720
+# Share of the map that counts as nothing.
+_NO_SHARE = 1e-6
+# Diagonals of the map, and degrees, above which an area that covers it counts as one of a country:
+# control zones are smaller, and often larger than a map.
+_VAST, _VAST_DEG = 5.0, 3.0
 # Points on each side of the map, for its box in degrees.
 _BORDER_POINTS = 33
 
@@ -55,6 +61,14 @@ class Placed:
     radius_m: float | None = None
 
 
+class Swapped(Enum):
+    """Place of a feature with longitude and latitude swapped."""
+
+    OFF = "off the map"
+    ON = "on the map"
+    AROUND = "around the whole map, and many times as large"
+
+
 @dataclass(frozen=True)
 class _Box:
     """A box of longitudes, which may lie beyond 180, and latitudes."""
@@ -68,6 +82,20 @@ class _Box:
     def bounds(self) -> tuple[float, float, float, float]:
         """West, south, east and north."""
         return self.west, self.south, self.east, self.north
+
+    @property
+    def area(self) -> float:
+        """Square degrees."""
+        return (self.east - self.west) * (self.north - self.south)
+
+    @property
+    def diagonal(self) -> float:
+        """Degrees from corner to corner."""
+        return math.hypot(self.east - self.west, self.north - self.south)
+
+    def holds_inside(self, position: Position) -> bool:
+        """Return whether a position lies inside, off the border."""
+        return self.west < position[0] < self.east and self.south < position[1] < self.north
 
     def widened(self, degrees: float) -> _Box:
         """Return the box with some degrees more on each side."""
@@ -137,18 +165,39 @@ def place(features: Sequence[Feature], terrain: Terrain) -> list[tuple[Placed, .
     return placed
 
 
-def swapped_on_map(features: Sequence[Feature], terrain: Terrain) -> list[bool]:
-    """Return for each feature whether it is on the map with longitude and latitude swapped."""
+def swapped_on_map(features: Sequence[Feature], terrain: Terrain) -> list[Swapped]:
+    """Return where each feature lies with longitude and latitude swapped."""
     if not features:
         return []
     around = _box_around(terrain, 0.0)
-    found = []
-    for feature in features:
-        swapped = [(lat, lon) for lon, lat in feature.rings[0]]
-        is_place = all(abs(lat) <= 90 for _, lat in swapped)
-        turns = around.turns(_box_of(unwrapped(swapped))) if is_place else iter(())
-        found.append(next(turns, None) is not None)
-    return found
+    return [_swapped(feature, around) for feature in features]
+
+
+def _swapped(feature: Feature, around: _Box) -> Swapped:
+    corners = [(lat, lon) for lon, lat in feature.rings[0]]
+    if any(abs(lat) > 90 for _, lat in corners):
+        return Swapped.OFF
+    ring = unwrapped(corners)
+    box = _box_of(ring)
+    for turn in around.turns(box):
+        kept = clipped(tuple((lon + turn, lat) for lon, lat in ring), around.bounds)
+        share = _area(kept) / around.area
+        # Where a ring misses the box, its part has no area and runs along the border.
+        if share < _NO_SHARE and not any(around.holds_inside(corner) for corner in kept):
+            continue
+        covers = share > 1 - _NO_SHARE
+        is_vast = box.diagonal > max(_VAST * around.diagonal, _VAST_DEG)
+        return Swapped.AROUND if covers and is_vast and not feature.keeps_in else Swapped.ON
+    return Swapped.OFF
+
+
+def _area(ring: Sequence[Position]) -> float:
+    """Return the area of a ring in square degrees."""
+    if len(ring) < 3:
+        return 0.0
+    # Next to the first corner, where rounding is small.
+    x, y = (np.array(ring) - ring[0]).T
+    return 0.5 * abs(float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))))
 
 
 _Part = tuple[tuple[tuple[Position, ...], ...], float | None]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
@@ -16,7 +15,7 @@ from pathgene.host.formats.registry import read_features
 from pathgene.host.formats.shapes import Shape
 from pathgene.host.problem.active_times import LONGEST_S, Interval, intervals
 from pathgene.host.problem.heights import Band, Heights, Stated, encloses_nothing, follows_ground
-from pathgene.host.problem.placing import Placed, place, swapped_on_map
+from pathgene.host.problem.placing import Placed, Swapped, place, swapped_on_map
 from pathgene.host.problem.rings import require_corners
 from pathgene.host.problem.zone_report import Record, report, touches
 from pathgene.host.remarks import Grade, Reading, Remark
@@ -120,7 +119,7 @@ def _taken(
         )
     placed = place(features, terrain)
     require_corners(sum(len(ring) for own in placed for part in own for ring in part.rings))
-    swapped = _swapped(features, placed, terrain)
+    swapped, doubts = _swapped(features, placed, terrain)
     tiled = sum(
         follows_ground(f) for f, parts in zip(features, placed, strict=True) if f.forbids and parts
     )
@@ -148,7 +147,7 @@ def _taken(
         ceiling_m=options.ceiling_m,
         departure=options.departure,
         has_qnh=options.qnh_hpa is not None,
-    )
+    ).adding(doubts)
     return taken
 
 
@@ -243,25 +242,39 @@ def _refusal(bad: Sequence[Bad], total: int) -> str:
 
 def _swapped(
     features: Sequence[Feature], placed: Sequence[tuple[Placed, ...]], terrain: Terrain
-) -> dict[int, str]:
-    """Return the fault of features off the map that would be on it with swapped coordinates."""
+) -> tuple[dict[int, str], list[Remark]]:
+    """Return the fault of features off the map that would be on it with swapped coordinates.
+
+    An area of a country that would cover the map gets a warning, as it is rather another country.
+    """
     off = [
         number
         for number, (feature, parts) in enumerate(zip(features, placed, strict=True))
         if not feature.is_local and _is_off(feature, parts, terrain)
     ]
     some_on_map = len(off) < len(features)
-    found = {}
-    are_swapped = swapped_on_map([features[number] for number in off], terrain)
-    for number in itertools.compress(off, are_swapped):
+    found, doubts = {}, []
+    where = swapped_on_map([features[number] for number in off], terrain)
+    for number, swapped in zip(off, where, strict=True):
+        if swapped is Swapped.OFF:
+            continue
         longitude, latitude = features[number].rings[0][0]
         if some_on_map and abs(longitude - latitude) < _NEIGHBOURS_DEG:
+            continue
+        if swapped is Swapped.AROUND:
+            if features[number].forbids:
+                text = (
+                    f"{features[number].label} lies off the map, at latitude {latitude:g} and "
+                    f"longitude {longitude:g}, and would cover all of it with the two swapped; "
+                    "swap them in the file if it belongs here."
+                )
+                doubts.append(Remark(Grade.WARNING, text))
             continue
         found[number] = (
             f"it lies off the map, at latitude {latitude:g} and longitude {longitude:g}, and on "
             f"the map with the two swapped; {_SWAP}"
         )
-    return found
+    return found, doubts
 
 
 def _is_off(feature: Feature, parts: Sequence[Placed], terrain: Terrain) -> bool:

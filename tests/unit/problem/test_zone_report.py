@@ -315,6 +315,37 @@ def test_swapped_coordinates_are_refused_by_place(monkeypatch):
     )
 
 
+@pytest.mark.parametrize("turned", [0, 1, 2])
+def test_only_a_ring_that_meets_the_map_is_swapped(monkeypatch, turned):
+    """The box of the triangle holds the map at (45.15, 9.0), but the triangle does not."""
+    far = ((39.0, 9.06), (45.2, 3.0), (39.0, 3.0))
+    far = far[turned:] + far[:turned]
+    found = read(monkeypatch, feature(), Feature(2, "far", (far,)))
+    assert len(found.zones) == 1
+    assert not said(found, "warning")
+    near = ((45.4, 8.5), (45.4, 9.5), (44.9, 9.0))
+    near = near[turned:] + near[:turned]
+    with pytest.raises(InputError, match="it lies off the map, at latitude"):
+        read(monkeypatch, feature(), Feature(2, "near", (near,)))
+
+
+def test_a_far_country_is_not_swapped(monkeypatch):
+    """A zone that covers the map if swapped, and is many times as large, is elsewhere."""
+    country = ((40.0, 4.0), (50.0, 4.0), (50.0, 14.0), (40.0, 14.0))
+    found = read(monkeypatch, feature(), Feature(2, "FIR", (country,)))
+    assert len(found.zones) == 1
+    assert said(found, "warning") == [
+        'feature 2, "FIR" lies off the map, at latitude 4 and longitude 40, and would cover all of '
+        "it with the two swapped; swap them in the file if it belongs here."
+    ]
+    # A fence to stay in may be as large, and a zone may cover a map of its own size.
+    with pytest.raises(InputError, match="it lies off the map, at latitude"):
+        read(monkeypatch, Feature(2, "", (country,), keeps_in=True))
+    around = ((45.1, 8.9), (45.3, 8.9), (45.3, 9.1), (45.1, 9.1))
+    with pytest.raises(InputError, match="it lies off the map, at latitude"):
+        read(monkeypatch, feature(), Feature(2, "", (around,)))
+
+
 def test_a_fence_to_stay_in_with_swapped_coordinates_is_refused(monkeypatch):
     (corners,) = ring(1000.0, 1000.0)
     swapped = (tuple((lat, lon) for lon, lat in corners),)

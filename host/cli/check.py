@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pathgene.host.cli.arguments import Commands, add_command, add_problem, complete_by_file
 from pathgene.host.cli.output import (
     note_compiling,
-    note_reading,
+    note_readings,
     print_json,
     print_pairs,
     term_pairs,
@@ -76,7 +76,6 @@ def run(args: argparse.Namespace) -> int:
         summary_wind_and_step,
     )
     from pathgene.host.report.run_files import verify
-    from pathgene.host.report.summary import describe_reading
 
     told = "as_paper" in vars(args)
     complete_options(args)
@@ -109,6 +108,8 @@ def run(args: argparse.Namespace) -> int:
         terrain = terrain_of(vars(args))
         path = read_path(file, terrain)
     zones, zones_reading = _zones(args, summary, terrain)
+    # They may name the cause of a refusal that follows.
+    note_readings((terrain.on_paper if args.as_paper else terrain).reading, zones_reading)
     problem = problem_of_path(
         terrain,
         path,
@@ -120,7 +121,6 @@ def run(args: argparse.Namespace) -> int:
         ds_m=args.ds,
         **rules_of(vars(args)),
     )
-    note_reading(describe_reading(problem))
     _check_ends(args, problem)
 
     note_compiling(as_paper=problem.as_paper)

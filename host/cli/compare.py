@@ -24,7 +24,7 @@ from pathgene.host.cli.arguments import (
 from pathgene.host.cli.output import (
     note,
     note_compiling,
-    note_reading,
+    note_readings,
     print_json,
     print_pairs,
     print_table,
@@ -115,7 +115,6 @@ def run(args: argparse.Namespace) -> int:
     from pathgene.host.compare.report import document, write_report
     from pathgene.host.compare.session import complete, kept
     from pathgene.host.compare.store import RunStore
-    from pathgene.host.report.summary import describe_reading
 
     complete_options(args)
     entrants = parse_entrants(
@@ -126,7 +125,6 @@ def run(args: argparse.Namespace) -> int:
     seeds = _seeds(args, entrants)
     jobs = _jobs(args, entrants)
     problem = _problem(args)
-    note_reading(describe_reading(problem))
     directory = Path(args.out)
     prepare_directory(directory)
     if args.scheduler is None:
@@ -162,7 +160,7 @@ def run(args: argparse.Namespace) -> int:
 def _problem(args: argparse.Namespace) -> Problem:
     from pathgene.host.mission.build import mission_of
 
-    mission = mission_of(vars(args))
+    mission = mission_of(vars(args), say=note_readings)
     if mission.legs > 1:
         raise InputError("Only single legs can be compared; leave via points and return out.")
     return mission.problem

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pathgene.host.cli.arguments import Commands, add_command, add_problem, complete_by_file
-from pathgene.host.cli.output import note, note_compiling, note_reading, print_json, print_pairs
+from pathgene.host.cli.output import note, note_compiling, note_readings, print_json, print_pairs
 from pathgene.host.cli.values import complete_options
 from pathgene.host.errors import JobError, NoPathError
 from pathgene.host.files.output import prepare_directory
@@ -59,13 +59,12 @@ def run(args: argparse.Namespace) -> int:
     if directory is not None:
         prepare_directory(directory)
     try:
-        mission = mission_of(vars(args))
+        mission = mission_of(vars(args), say=note_readings)
     except NoPathError as error:
         # Its costs have no reference, so nothing is searched or drawn.
         _tell(args, directory, _report(error.reason, error.leg), [])
         raise
     read = describe_reading(mission.problem)
-    note_reading(read)
     note_compiling(as_paper=mission.problem.as_paper)
     planners: list[str] = []
     for number in range(mission.legs):

@@ -5,14 +5,19 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+
+if TYPE_CHECKING:
+    from pathgene.host.remarks import Reading
 
 __all__ = [
     "LONGEST_LINE",
     "note",
     "note_compiling",
     "note_compiling_routes",
+    "note_reading",
+    "note_readings",
     "print_json",
     "print_line",
     "print_pairs",
@@ -74,6 +79,11 @@ def note_reading(read: Mapping[str, Any] | None, prefix: str = "") -> None:
 
     for sentence in sentences(read):
         print_line(f"{prefix}{sentence}")
+
+
+def note_readings(terrain: Reading, zones: Reading) -> None:
+    """Print the reports on a terrain and on zones on standard error."""
+    note_reading({"terrain": terrain.to_dict(), "zones": zones.to_dict()})
 
 
 def term_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:

@@ -25,7 +25,7 @@ from pathgene.host.cli.ending import ending
 from pathgene.host.cli.output import (
     note,
     note_compiling,
-    note_reading,
+    note_readings,
     print_json,
     print_pairs,
     term_pairs,
@@ -84,7 +84,6 @@ def run(args: argparse.Namespace) -> int:
     from pathgene.host.mission.planning import plan_mission
     from pathgene.host.planners.base import Stop
     from pathgene.host.planning import Search
-    from pathgene.host.report.summary import describe_reading
 
     complete_options(args)
     args.planner = planner_of(vars(args))
@@ -97,8 +96,7 @@ def run(args: argparse.Namespace) -> int:
     )
     searches = searches_beside(args)
     formats = parse_formats(args.write) if args.write else ()
-    mission = mission_of(vars(args))
-    note_reading(describe_reading(mission.problem))
+    mission = mission_of(vars(args), say=note_readings)
     check_formats(formats, mission.problem.terrain)
     if "html" in formats:
         from pathgene.host.web.page import require_library

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -79,7 +79,12 @@ def load_mission(file: str | Path) -> Mission:
     return mission_of(read_problem(Path(file)))
 
 
-def mission_of(values: Values, terrain: Terrain | None = None) -> Mission:
+def mission_of(
+    values: Values,
+    terrain: Terrain | None = None,
+    *,
+    say: Callable[[Reading, Reading], None] | None = None,
+) -> Mission:
     """Return the mission; it has one leg without via points and a return.
 
     Parameters
@@ -89,6 +94,9 @@ def mission_of(values: Values, terrain: Terrain | None = None) -> Mission:
         default.
     terrain : Terrain, optional
         The terrain of the values, if it is loaded already.
+    say : callable, optional
+        Gets the reports on the terrain and on the zones as soon as they are read, because they may
+        be the reason for a refusal that follows.
 
     Raises
     ------
@@ -101,6 +109,8 @@ def mission_of(values: Values, terrain: Terrain | None = None) -> Mission:
         terrain = terrain.on_paper
     start, goal = (_needed(values, name, terrain) for name in ("start", "goal"))
     read = read_zones_of(values, terrain)
+    if say is not None:
+        say(terrain.reading, read.reading)
     problem = Problem(
         terrain,
         start,

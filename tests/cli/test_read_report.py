@@ -92,3 +92,29 @@ def test_reports_of_diagnoses_and_comparisons_have_it(planned, hills):
         assert [
             f"{each['grade'].capitalize()}: {each['text']}" for each in read["remarks"]
         ] == notes
+
+
+@pytest.mark.parametrize("command", ["plan", "compare", "diagnose"])
+def test_a_refusal_comes_after_the_report(planned, hills, command):
+    folder, notes = planned
+    given = list(problem(hills, folder))
+    given[given.index("--start") + 1] = "1000,2700,60"
+    if command == "compare":
+        given += ["--planners", "astar", "--runs", 1]
+    done = run_here(command, *given, "--origin", "47,8", "--out", folder / "refused")
+    assert done.returncode == 2
+    *read, last = done.stderr.splitlines()
+    assert said(done) == notes
+    assert read
+    assert "is inside the no-fly zone R-7" in last
+
+
+def test_a_refused_check_says_the_report_first(planned, hills):
+    folder, notes = planned
+    path = folder / "into.csv"
+    path.write_text("x,y,z\n500,500,300\n90000,2700,300\n")
+    given = ("--terrain", hills, "--origin", "47,8", "--nofly", folder / "zones.geojson")
+    done = run_here("check", *given, "--nofly-circle", "90000,0,50", "--path", path)
+    assert done.returncode == 2
+    assert said(done) == notes
+    assert "The start at an altitude of 300 m is inside the ground" in done.stderr.splitlines()[-1]

@@ -21,7 +21,7 @@ from pathgene.host.flight.flight import PERIOD_S
 from pathgene.host.problem.tiles import wholes
 from pathgene.host.replanning.picture import version_points, window
 from pathgene.host.report import plan_view, zone_shapes
-from pathgene.host.report.style import FLOWN, GOAL, NOFLY, PATH, START, TEXT, halo
+from pathgene.host.report.style import FLOWN, GOAL, NOFLY, PATH, START, TEXT, any_letters, halo
 
 
 if TYPE_CHECKING:
@@ -72,6 +72,7 @@ def _palette(frame: Image.Image) -> Image.Image:
     return bands.quantize(_COLOURS, dither=Image.Dither.NONE)
 
 
+@any_letters()
 def frames(report: Replanned) -> tuple[list[Image.Image], list[int]]:
     """Return the frames, and the milliseconds that each is shown."""
     session = report.session

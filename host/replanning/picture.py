@@ -26,6 +26,7 @@ from pathgene.host.report.style import (
     SERIES,
     START,
     TEXT,
+    any_letters,
     finish,
     frame,
     halo,
@@ -53,6 +54,7 @@ _VERSIONS = tuple(each for each in SERIES if each not in (PATH, FLOWN, START, NO
 _HELD: dict[str, Any] = {"color": START, "linewidth": 1.6, "linestyle": (0, (1.5, 1))}
 
 
+@any_letters()
 def draw(report: Replanned) -> Figure:
     """Return the figure: the map next to heights and distances over time."""
     session = report.session

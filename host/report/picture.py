@@ -19,7 +19,7 @@ from pathgene.host.evaluation.evaluator import FINE
 from pathgene.host.report import convergence, plan_view, points, profile
 from pathgene.host.report.along import broken_samples
 from pathgene.host.report.along import why as why_not
-from pathgene.host.report.style import LEFT, NARROWEST, RIGHT, TROUBLE, WIDTH, frame
+from pathgene.host.report.style import LEFT, NARROWEST, RIGHT, TROUBLE, WIDTH, any_letters, frame
 from pathgene.host.report.via import visits
 
 
@@ -66,6 +66,7 @@ class Scene:
     warnings: Sequence[str] = ()
 
 
+@any_letters()
 def draw(scene: Scene) -> Figure:
     """Return the figure: the map next to the two graphs, or above them if it is wide."""
     terrain = scene.evaluator.problem.terrain

@@ -7,7 +7,9 @@ visible without hue.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +43,7 @@ __all__ = [
     "TROUBLE",
     "VOID",
     "WIDTH",
+    "any_letters",
     "finish",
     "frame",
     "halo",
@@ -141,6 +144,15 @@ def titles(figure: Figure, title: str, subtitle: str, left: float = LEFT) -> Non
         figure.text(left / width, 1 - below / height, text, color=TEXT, va="center", **style)
 
 
+@contextmanager
+def any_letters() -> Iterator[None]:
+    """Mute the warning of letters that the font lacks: names may be in any script."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph .* missing from", UserWarning)
+        yield
+
+
+@any_letters()
 def save(figure: Figure, file: Path) -> None:
     """Write a figure to a PNG file."""
     # Level 4 takes half the time of the default, and 5 % more space.

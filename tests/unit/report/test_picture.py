@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -415,3 +416,19 @@ def test_map_profile_and_legend_tell_start_via_points_and_goal_apart(return_to_s
     shown = [text for text, _ in texts_of(figure)]
     first = "start and end" if return_to_start else "start"
     assert [shown.count(text) for text in (first, "via point", "goal")] == [1, 1, 1]
+
+
+def test_names_in_any_script_print_no_warning(make_run, tmp_path):
+    evaluator, result = make_run(**WORLDS["small"])
+    circle = Circle(120.0, 120.0, 60.0, name="\u7981\u6b62\u533a")
+    problem = replace(evaluator.problem, zones=(circle,))
+    scene = Scene(Evaluator(problem), result.path, result.evaluation, (), "\u6771\u4eac", "")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        style.save(draw(scene), tmp_path / "path.png")
+        assert [str(each.message) for each in caught] == []
+        # The letters are in the picture, and the font lacks them.
+        figure = draw(scene)
+        assert any("\u7981" in text for text, _ in texts_of(figure))
+        figure.canvas.draw()
+    assert any("missing from font" in str(each.message) for each in caught)

@@ -183,6 +183,8 @@ def _take(
     if name == "AN":
         airspace.name = value
     elif name == "AY":
+        if airspace.kind.upper() not in ("", value.upper()):
+            raise InputError(f"a second AY contradicts {airspace.kind!r}")
         airspace.kind = value
     elif name in ("AL", "AH"):
         if airspace.limits.get(name, value) != value:

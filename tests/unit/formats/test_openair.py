@@ -150,6 +150,13 @@ def test_a_type_that_informs_does_not_open_a_class_that_forbids(
     assert found.forbids is forbids
 
 
+def test_a_second_type_does_not_open_the_first():
+    (bad,) = read("AC E", "AY RMZ", "AY FIS", *CORNERS)
+    assert bad == Bad("airspace 1", "line 3: a second AY contradicts 'RMZ'.")
+    (found,) = read("AC E", "AY RMZ", "AY rmz", *CORNERS)
+    assert found.forbids
+
+
 def test_a_class_that_nobody_knows_forbids():
     (found,) = read("AC XYZ", *CORNERS)
     assert (found.category, found.forbids) == ("XYZ", True)

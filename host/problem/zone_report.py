@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import operator
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -14,7 +15,7 @@ from pathgene.host.formats.shapes import Ring
 from pathgene.host.problem.active_times import described
 from pathgene.host.problem.edges import clipped
 from pathgene.host.problem.heights import Band, encloses_nothing, follows_ground, ground_under
-from pathgene.host.problem.placing import Placed
+from pathgene.host.problem.placing import Placed, long_way_on_map
 from pathgene.host.remarks import Grade, Reading, Remark
 from pathgene.host.terrain import Terrain
 
@@ -186,6 +187,7 @@ def report(
         *_counts(name, kind, len(records), len(on_map), len(able)),
         *_categories(name, records),
         *_powerless(name, records, reasons, bool(on_map)),
+        *_turned(name, list(itertools.compress(records, map(operator.not_, are_on_map))), terrain),
         *_left_out(name, left_out),
         *_unread(name, [record for record in on_map if record.feature.forbids]),
         *_own_remarks(name, on_map),
@@ -254,6 +256,18 @@ def _plural(reason: str) -> str:
         if reason.startswith(one):
             return many + reason.removeprefix(one)
     return reason
+
+
+def _turned(name: str, off_map: Sequence[Record], terrain: Terrain) -> Iterator[Remark]:
+    """Yield a warning for zones off the map whose edges may be meant to go the long way round."""
+    away = long_way_on_map([record.feature for record in off_map], terrain)
+    labels = [record.feature.label for record in itertools.compress(off_map, away)]
+    if labels:
+        yield Remark(
+            Grade.WARNING,
+            f"{name}: an edge of more than 180 degrees of longitude went the short way round the "
+            f"Earth, so its zone misses the map; divide the edge: {_labels(labels)}.",
+        )
 
 
 def _left_out(name: str, left_out: Iterable[LeftOut]) -> Iterator[Remark]:

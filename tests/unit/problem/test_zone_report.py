@@ -375,3 +375,17 @@ def test_times_without_a_time_zone_are_a_warning(monkeypatch, period, is_plain):
 def test_intervals_of_openair_without_a_time_zone_are_plain():
     assert between(moment("2026-05-01T06:00"), None).has_plain_times
     assert not between(moment("2026-05-01T06:00Z"), moment("9999-12-31T23:59Z")).has_plain_times
+
+
+@pytest.mark.parametrize(
+    ("west", "east", "is_doubtful"), [(-100.0, 100.0, True), (-179.0, 179.0, False)]
+)
+def test_an_edge_that_went_the_short_way_is_a_warning(monkeypatch, west, east, is_doubtful):
+    _, latitude = feature().rings[0][0]
+    south, north = latitude - 1.0, latitude + 1.0
+    wide = Feature(2, "wide", (((west, south), (east, south), (east, north), (west, north)),))
+    found = said(read(monkeypatch, feature(), wide), "warning")
+    assert [text.partition(": ")[2] for text in found] == [
+        "an edge of more than 180 degrees of longitude went the short way round the Earth, so its "
+        'zone misses the map; divide the edge: feature 2, "wide".'
+    ] * is_doubtful

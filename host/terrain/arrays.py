@@ -22,6 +22,7 @@ from pathgene.host.terrain.datum import (
 from pathgene.host.terrain.file_heights import FileHeights, remedy_of_file
 from pathgene.host.terrain.grid import Terrain, as_heights, as_sides
 from pathgene.host.terrain.marks import marked, named, without_marks
+from pathgene.host.terrain.mixed import require_unmixed
 from pathgene.host.terrain.stated import HEIGHT_UNITS, Stated
 from pathgene.host.terrain.suspects import suspicions
 from pathgene.host.terrain.untrusted import (
@@ -209,6 +210,7 @@ class _Grid:
         reading = marked(reading, marks)
         if not accepts_all:
             is_unit_known = upright.unit_from != "assumed"
+            require_unmixed(file, heights, reading)
             reading = reading.adding(suspicions(file, heights, is_unit_known=is_unit_known))
         made = Terrain(
             str(self.path), heights, *self.sides, reading=reading, accepts_all=accepts_all

@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 
 from pathgene.host.errors import InputError
 from pathgene.host.terrain.stated import EVERY_HEIGHT, HEIGHT_UNITS
-from pathgene.host.terrain.voids import HIGHEST_M, LOWEST_FLOOR_M, number
+from pathgene.host.terrain.voids import HIGHEST_M, LOWEST_FLOOR_M, LOWEST_M, number
 
 
 __all__ = ["FileHeights", "neighbours", "remedy_of_array", "remedy_of_file"]
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+# Different whole numbers that are no marks, since a file has one or two.
+_MANY_NUMBERS = 4
 _Kind = TypeVar("_Kind", bound=np.generic)
 
 
@@ -54,21 +56,35 @@ class FileHeights:
         row, column = np.unravel_index(int(np.argmax(cells)), cells.shape)
         return self.place(int(row), int(column))
 
-    def refusal(self, heights: Floats, bad: Bools, where: str) -> InputError:
+    def refusal(
+        self, heights: Floats, bad: Bools, where: str, mark: float | None = None
+    ) -> InputError:
         """Return the refusal of the ``bad`` heights, with the first of them.
 
         Parameters
         ----------
         where : str
             The range of the bad heights, after "lie".
+        mark : float, optional
+            A mark of voids in the file, which resampling may have mixed into the bad heights.
         """
         count, height = int(bad.sum()), float(heights[bad][0])
         verb = "lies" if count == 1 else "lie"
+        first = f"the first, {self.place_of_first(bad)}, is {number(height)} m"
+        values = np.unique(heights[bad])
+        numbers, is_whole = len(values), (values == np.rint(values)).all()
+        if numbers >= (_MANY_NUMBERS if is_whole else 2) and values[-1] < LOWEST_M:
+            return InputError(
+                f"{self.name}: {count:,} of {heights.size:,} heights {verb} {where}; {first}. They "
+                f"are {numbers:,} different numbers: resampling has probably mixed a mark of voids "
+                "into them; resample again from the original with gdalwarp -srcnodata "
+                f"{'MARK' if mark is None else number(mark)}."
+            )
         is_possible = LOWEST_FLOOR_M <= height <= HIGHEST_M
+        remedy = self.remedy(self.in_file(height), is_possible)
         return InputError(
-            f"{self.name}: {count:,} of {heights.size:,} heights {verb} {where}; the first, "
-            f"{self.place_of_first(bad)}, is {number(height)} m, probably a void mark that is not "
-            f"declared, or no height in metres: {self.remedy(self.in_file(height), is_possible)}."
+            f"{self.name}: {count:,} of {heights.size:,} heights {verb} {where}; {first}, probably "
+            f"a void mark that is not declared, or no height in metres: {remedy}."
         )
 
 

@@ -116,7 +116,7 @@ def without_marks(
             cells = heights == value
             if _stands_alone(heights, cells, step_m) and _is_mark(file.in_file(value), cells):
                 remove(value, cells)
-        _require_joined(file, heights, step_m)
+        _require_joined(file, heights, step_m, marks[0].value if marks else None)
     if by_gap:
         for value, cells in list(_far_from_all(file, heights)):
             remove(value, cells)
@@ -219,7 +219,7 @@ def _stands_alone(heights: Floats, cells: Bools, step_m: float) -> bool:
     return steps > 0 and large >= _MOST_STEPS * steps
 
 
-def _require_joined(file: FileHeights, heights: Floats, step_m: float) -> None:
+def _require_joined(file: FileHeights, heights: Floats, step_m: float, mark: float | None) -> None:
     """Check that heights below -500 m join the higher ground that they touch.
 
     Raises
@@ -245,7 +245,10 @@ def _require_joined(file: FileHeights, heights: Floats, step_m: float) -> None:
     apart[0] = False
     if apart.any():
         raise file.refusal(
-            heights, apart[areas], f"below {LOWEST_M:g} m, with no slope to the ground around"
+            heights,
+            apart[areas],
+            f"below {LOWEST_M:g} m, with no slope to the ground around",
+            mark,
         )
 
 

@@ -17,6 +17,7 @@ from pathgene.host.terrain.file_heights import FileHeights, remedy_of_file
 from pathgene.host.terrain.frame import Framed, framed
 from pathgene.host.terrain.grid import Terrain
 from pathgene.host.terrain.marks import marked, without_marks
+from pathgene.host.terrain.mixed import require_unmixed
 from pathgene.host.terrain.raster import Raster, north_up
 from pathgene.host.terrain.suspects import suspicions
 from pathgene.host.terrain.voids import fill, from_corner
@@ -147,6 +148,7 @@ def _known_heights(raster: Raster, *, fill_voids: bool) -> Raster:
     reading = marked(raster.reading, marks)
     if raster.vertical is not None and not raster.stated.accepts_all:
         is_unit_known = not is_plain or raster.vertical.unit_from != "assumed"
+        require_unmixed(file, heights, reading)
         reading = reading.adding(suspicions(file, heights, is_unit_known=is_unit_known))
     return replace(raster, heights=fill(heights) if fill_voids else heights, reading=reading)
 

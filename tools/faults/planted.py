@@ -13,14 +13,14 @@ from cobs import cobs
 from pathgene.hdl.config import Config
 from pathgene.hdl.protocol import codec
 from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, CRC_BYTES, Frame, FrameError
-from pathgene.hdl.protocol.codes import Status, StickyError
+from pathgene.hdl.protocol.codes import StickyError
 from pathgene.hdl.protocol.messages import info_reply
 from pathgene.host import interrupts
 from pathgene.host.compare.store import RunStore
-from pathgene.host.device import link
 from pathgene.host.device.chip_map import MapCopy
+from pathgene.host.device import link
 from pathgene.host.device.link import Link, LinkError, LinkTimeoutError
-from pathgene.host.device.window import Request, Window
+from pathgene.host.device.window import Request
 from pathgene.host.errors import InputError
 from pathgene.host.files import replacement
 from pathgene.host.files.disk import current
@@ -285,49 +285,6 @@ def _signal_forgotten() -> Patch:
     return mock.patch.object(interrupts, "held", held)
 
 
-def _answer_of_an_earlier_session_taken() -> Patch:
-    """An answer to a command counts for the open session, whichever session it belongs to."""
-    usual = Link._exchange
-
-    def exchange(self: Link, session: int, requests: Sequence[Request]) -> None:
-        usual_decode = self._decode
-
-        def decode(data: bytes) -> list[Frame]:
-            return [
-                (body if plain else bytes([session]) + body[1:], plain)
-                for body, plain in usual_decode(data)
-            ]
-
-        with mock.patch.object(self, "_decode", decode):
-            usual(self, session, requests)
-
-    return mock.patch.object(Link, "_exchange", exchange)
-
-
-def _duplicate_taken_for_an_answer() -> Patch:
-    """The note that a command was executed before counts as its answer."""
-    usual = link._take
-
-    def take(requests: Sequence[Request], window: Window, body: bytes) -> None:
-        sequence, status = body[1:BODY_HEADER_BYTES]
-        index = window.index(sequence)
-        if status == Status.DUPLICATE and 0 <= index < window.sent:
-            window.confirm(index)
-        usual(requests, window, body)
-
-    return mock.patch.object(link, "_take", take)
-
-
-def _half_a_frame_kept() -> Patch:
-    """After a silence, the beginning of a frame is joined with the next frame."""
-    return mock.patch("pathgene.host.device.link.FrameSplitter.drop", return_value=None)
-
-
-def _session_of_a_reset_opened() -> Patch:
-    """The session after 255 has the number of a chip after a reset."""
-    return mock.patch.object(link, "_RESET_SESSION", -1)
-
-
 def _last_session_resumed() -> Patch:
     """A session is resumed after 255, too."""
     return mock.patch.object(link, "_LAST_SESSION", -1)
@@ -370,6 +327,8 @@ PLANTED: dict[str, Callable[[], Patch]] = {
         _hidden_files_left,
         _stored_runs_not_read,
         _signal_forgotten,
+        _given_up_at_the_first_silence,
+        _last_session_resumed,
     )
 }
 

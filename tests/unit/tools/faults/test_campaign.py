@@ -46,6 +46,8 @@ NOTICED = {
     "hidden files left": 9,
     "stored runs not read": 3,
     "signal forgotten": 48,
+    "given up at the first silence": 0,
+    "last session resumed": 236,
 }
 
 

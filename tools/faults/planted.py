@@ -17,8 +17,8 @@ from pathgene.hdl.protocol.codes import StickyError
 from pathgene.hdl.protocol.messages import info_reply
 from pathgene.host import interrupts
 from pathgene.host.compare.store import RunStore
-from pathgene.host.device.chip_map import MapCopy
 from pathgene.host.device import link
+from pathgene.host.device.chip_map import MapCopy
 from pathgene.host.device.link import Link, LinkError, LinkTimeoutError
 from pathgene.host.device.window import Request
 from pathgene.host.errors import InputError

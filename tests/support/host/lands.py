@@ -75,14 +75,17 @@ def known_systems(kind):
     return query_crs_info("EPSG", [kind])
 
 
-def systems(rng):
-    """Yield systems of EPSG at random, each with a place in its area of use.
+def systems(rng, kind=None):
+    """Yield systems of EPSG of a kind at random, each with a place in its area of use.
 
-    One in eight is geographic.
+    Without a kind they are projected, and one in eight is geographic.
     """
     while True:
-        is_projected = rng.integers(8) > 0
-        known = known_systems(PJType.PROJECTED_CRS if is_projected else PJType.GEOGRAPHIC_2D_CRS)
+        own = kind
+        if own is None:
+            is_projected = rng.integers(8) > 0
+            own = PJType.PROJECTED_CRS if is_projected else PJType.GEOGRAPHIC_2D_CRS
+        known = known_systems(own)
         found = known[rng.integers(len(known))]
         area = found.area_of_use
         if area is None:
@@ -95,9 +98,9 @@ def systems(rng):
 
 
 def misread_m(file, crs):
-    """Return the metres between the middle of a file by its own system and by that it was made in.
+    """Return the metres between the middles of a file in its own system and in another one.
 
-    Both are read by PROJ alone.
+    PROJ alone places both.
     """
     with rasterio.open(file) as made:
         middle = made.xy(made.height / 2, made.width / 2, offset="ul")
@@ -107,3 +110,20 @@ def misread_m(file, crs):
         for each in systems
     ]
     return GEODESICS.inv(*away[0], *away[1])[2]
+
+
+def write_geoid(file):
+    """Write a geoid that is a plane in longitude and latitude, and return it."""
+
+    def geoid(lon, lat):
+        return 40.0 + 0.1 * lon + 0.05 * lat
+
+    lon, lat = np.meshgrid(np.arange(-180, 180, 1.0), np.arange(90, -91, -1.0))
+    with rasterio.open(
+        file, "w", driver="GTiff", height=181, width=360, count=1, dtype="float32",
+        crs="EPSG:4326", transform=Affine(1, 0, -180.5, 0, -1, 90.5),
+    ) as made:  # fmt: skip
+        made.write(geoid(lon, lat).astype("float32"), 1)
+        made.update_tags(TYPE="VERTICAL_OFFSET_GEOGRAPHIC_TO_VERTICAL", AREA_OR_POINT="Point")
+        made.update_tags(1, DESCRIPTION="geoid_undulation", UNITTYPE="metre")
+    return geoid

@@ -9,6 +9,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.formats.geojson import heights_datum
 from pathgene.host.terrain import load, vertical
 from pathgene.host.terrain.stated import Stated
+from tests.support.host.lands import write_geoid
 
 
 HEIGHTS = np.add.outer(np.arange(20.0), np.arange(20.0)) + 400
@@ -169,7 +170,7 @@ class TestEllipsoid:
 
     def test_heights_are_turned_where_proj_has_the_geoid(self, write_tif, tmp_path):
         """A grid of our own making takes the place of EGM96; PROJ itself reads it."""
-        geoid = self.write_geoid(tmp_path / "us_nga_egm96_15.tif")
+        geoid = write_geoid(tmp_path / "us_nga_egm96_15.tif")
         before = pyproj.datadir.get_data_dir()
         pyproj.datadir.append_data_dir(str(tmp_path))
         try:
@@ -184,20 +185,3 @@ class TestEllipsoid:
         column, row = (lon - 8) / 0.0005 - 0.5, (46.5 - lat) / 0.0005 - 0.5
         assert above == pytest.approx(400 + column + row, abs=1.5)
         assert terrain.reading.facts["heights"]["datum"] == "EGM96 geoid"
-
-    @staticmethod
-    def write_geoid(file):
-        """Write a geoid that is a plane in longitude and latitude, and return it."""
-
-        def geoid(lon, lat):
-            return 40.0 + 0.1 * lon + 0.05 * lat
-
-        lon, lat = np.meshgrid(np.arange(-180, 180, 1.0), np.arange(90, -91, -1.0))
-        with rasterio.open(
-            file, "w", driver="GTiff", height=181, width=360, count=1, dtype="float32",
-            crs="EPSG:4326", transform=rasterio.Affine(1, 0, -180.5, 0, -1, 90.5),
-        ) as made:  # fmt: skip
-            made.write(geoid(lon, lat).astype("float32"), 1)
-            made.update_tags(TYPE="VERTICAL_OFFSET_GEOGRAPHIC_TO_VERTICAL", AREA_OR_POINT="Point")
-            made.update_tags(1, DESCRIPTION="geoid_undulation", UNITTYPE="metre")
-        return geoid

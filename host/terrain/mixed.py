@@ -20,10 +20,11 @@ Bools = NDArray[np.bool_]
 # Lowest step from a cell beside a void to the ground farther away, metres; STEEPEST in larger
 # cells.
 _STEP_M = 100.0
-# Fewest mixed cells, and least share of the cells beside voids. On six real maps in up to 16 times
-# coarser cells, with real and made voids, 0.2 % or a single cell are so low.
+# Minimum number of mixed cells, and their minimum share of the cells beside voids. On six
+# real maps in up to 16 times coarser cells, with real and made voids, 0.2 % or a single
+# cell are so low.
 _FEWEST_CELLS, _SHARE = 4, 0.05
-# Resampling mixes one mark into the ground: steps the other way are at most this share.
+# Resampling mixes one mark into the ground: steps of the opposite sign are at most this share.
 _OTHER_WAY = 0.25
 # Steps as high are at least this many times rarer away from voids.
 _RARER = 4.0

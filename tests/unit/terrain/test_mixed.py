@@ -128,7 +128,7 @@ def test_embedded_land_with_voids(write_tif):
 @pytest.mark.parametrize("bank", [0, 1, 2])
 @pytest.mark.parametrize("rows", [np.s_[0:60], np.s_[15:45]])
 def test_a_river_in_a_canyon(write_tif, bank, rows):
-    """Walls of 300 m stand a cell beside the water; the canyon goes on, also off the map."""
+    """Walls of 300 m stand a cell beside the water; the canyon continues, also off the map."""
     heights = ground() + 300
     heights[:, 40 - bank : 44 + bank] = 450.0
     heights[rows, 40:44] = np.nan

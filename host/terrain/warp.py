@@ -30,7 +30,7 @@ _WIDEST_DEG = 12.0
 # reach it at 86.4 degrees of latitude.
 _LONGEST, _POLAR_DEG = 16.0, 80.0
 # Nodes resampled at a time: bounds the memory of a large tile.
-_BLOCK_NODES = 1 << 22
+_BLOCK_NODES = 1 << 20
 # Degrees of the polynomials tried for the inverse projection, and the largest error in pixels.
 _DEGREES = (12, 24, 48)
 _TOLERANCE_PX = 1e-5
@@ -306,12 +306,15 @@ def _bilinear(heights: Floats, column: Floats, row: Floats) -> Floats:
     west = np.minimum(column.astype(np.int64), columns - 2)
     north = np.minimum(row.astype(np.int64), rows - 2)
     right, down = column - west, row - north
-    top = _mix(heights[north, west], heights[north, west + 1], right)
-    bottom = _mix(heights[north + 1, west], heights[north + 1, west + 1], right)
+    corner, flat = north * columns + west, heights.ravel()
+    top = _mix(flat[corner], flat[corner + 1], right)
+    bottom = _mix(flat[corner + columns], flat[corner + columns + 1], right)
     return _mix(top, bottom, down)
 
 
 def _mix(first: Floats, second: Floats, share: Floats) -> Floats:
     # A neighbour without weight has no effect, not even a void.
     mixed = first + share * (second - first)
-    return np.where(share == 0, first, np.where(share == 1, second, mixed))
+    np.copyto(mixed, first, where=share == 0)
+    np.copyto(mixed, second, where=share == 1)
+    return mixed

@@ -76,9 +76,16 @@ def test_one_side(write_tif):
     assert "into 10 heights" in text
 
 
-@pytest.mark.parametrize("resampling", ["bilinear", "cubic", "lanczos", "average"])
+# After a cubic or Lanczos filter, few cells hold a small mark itself.
+FILTERS = [("bilinear", 0.0), ("bilinear", -99.0), ("average", 0.0), ("average", -99.0)] + [
+    (name, mark)
+    for name in ("bilinear", "cubic", "lanczos", "average")
+    for mark in (-9999.0, -32768.0)
+]
+
+
+@pytest.mark.parametrize(("resampling", "mark"), FILTERS)
 @pytest.mark.parametrize("side_m", [11.0, 21.0, 44.0])
-@pytest.mark.parametrize("mark", [0.0, -99.0, -9999.0, -32768.0])
 def test_gdal_itself(write_tif, resampling, side_m, mark):
     """A void that is declared after resampling, and not before."""
     from rasterio.warp import Resampling, reproject
@@ -92,8 +99,6 @@ def test_gdal_itself(write_tif, resampling, side_m, mark):
         heights.astype(np.float32), made, src_transform=place, dst_transform=target,
         src_crs="EPSG:32632", dst_crs="EPSG:32632", resampling=Resampling[resampling],
     )  # fmt: skip
-    if resampling in ("cubic", "lanczos") and mark > -1000:
-        pytest.skip("such a mark swings around itself, so few cells hold it")
     assert "resampling has " in refusal(write_tif(made, target, nodata=mark))
     if mark < -1000:
         assert "-srcnodata " in refusal(write_tif(made, target))

@@ -8,7 +8,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.report.read import summary_terrain
 from pathgene.host.terrain import load, names, vertical
 from pathgene.host.terrain.stated import Stated
-from tests.unit.terrain.test_vertical import TestEllipsoid
+from tests.support.host.lands import write_geoid
 
 
 HEIGHTS = np.add.outer(np.arange(20.0), np.arange(20.0)) + 400
@@ -66,7 +66,7 @@ def test_heights_above_the_ellipsoid_are_refused_without_the_geoid(npz, monkeypa
 
 
 def test_heights_are_turned_where_proj_has_the_geoid(npz, tmp_path):
-    geoid = TestEllipsoid.write_geoid(tmp_path / "us_nga_egm96_15.tif")
+    geoid = write_geoid(tmp_path / "us_nga_egm96_15.tif")
     before = pyproj.datadir.get_data_dir()
     pyproj.datadir.append_data_dir(str(tmp_path))
     try:

@@ -22,7 +22,7 @@ def refusal(source, **options):
     ("name", "content", "reason"),
     [
         ("a.tif", b"", "is empty; get it again."),
-        ("N46E008.hgt.gz", gzip.compress(bytes(50)), PACKED),
+        ("N46E008.hgt.gz", gzip.compress(bytes(50), mtime=0), PACKED),
         ("a.zip", b"PK\x03\x04" + bytes(50), PACKED),
         ("a.tif", b"\n<!DOCTYPE html><html>", "is a web page: the download failed; get the "),
         ("N46E008.hgt", b"<html><body>404", "is a web page: the download failed; get the file"),

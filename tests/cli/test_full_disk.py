@@ -13,6 +13,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.files.disk import using
 from pathgene.host.report.run_files import verify
 from tests.cli.conftest import ENDS
+from tests.support.bad_input.runs import REPORTED
 from tools.faults.disk import FaultyDisk, Killed
 
 
@@ -182,10 +183,11 @@ def test_a_picture_or_a_problem_that_cannot_be_written(hills, older, tmp_path, c
             sentence = "pathgene: There is no picture this time, drawing it failed: OSError: "
             assert has_picture or said[-1].startswith(sentence)
         else:
-            assert said == [
+            assert said[-1:] == [
                 f"pathgene: Cannot write to {str(problem)!r} (Input/output error); give another "
                 "file (--out)."
             ]
+            assert all(line.startswith(REPORTED) for line in said[:-1])
             assert problem.read_text() == "older"
             assert {**visible, "path.png": b"a picture"} == content(older)[0]
         assert not hidden

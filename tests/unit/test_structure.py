@@ -255,6 +255,8 @@ def writing_calls(tree: ast.Module) -> list[int]:
     lines = []
     for node in ast.walk(tree):
         match node:
+            case ast.Call(func=ast.Attribute(value=ast.Call(func=ast.Name(id="current")))):
+                continue  # The disk itself.
             case ast.Call(func=ast.Attribute(attr=name)) if name in WRITING:
                 lines.append(node.lineno)
             case ast.Call(

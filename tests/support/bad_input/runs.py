@@ -30,6 +30,8 @@ from tests.support.bad_input.options import CHECK, Case
 
 MOST_BYTES = 2 * 10**9
 MOST_S = 20.0
+# Beginnings of the report on files that were read.
+REPORTED = ("pathgene: Terrain ", "pathgene: Note: ", "pathgene: Warning: ")
 # A case that takes longer is killed.
 _DEADLINE_S = 2 * MOST_S
 
@@ -109,6 +111,8 @@ def fault(case: Case, end: End) -> str | None:
     """Return the fault of a case's end, or None."""
     # A note on an option without meaning for the planner precedes every other sentence.
     lines = [line for line in end.error.splitlines() if not line.endswith(" and is ignored.")]
+    # So does the report on files that were read before the refusal.
+    lines = [line for line in lines[:-1] if not line.startswith(REPORTED)] + lines[-1:]
     if end.status not in (0, 1, 2):
         return f"status {end.status}"
     if case.surely_bad and not is_refused(end):

@@ -85,7 +85,7 @@ def test_what_is_ordered_happens(planned, take_off):
     jobs.tell(job, Zone.circle(4700, 4600, 200))
     until(lambda: len(news(job, "zones")) == 2)
     jobs.tell(job, CLEAR)
-    until(lambda: "is gone" in said(job))
+    until(lambda: "zones pop-up 1 and pop-up 2 are gone" in said(job))
     assert news(job, "zones") == []
     jobs.tell(job, CLEAR)
     until(lambda: "No zone has appeared." in said(job))

@@ -174,3 +174,10 @@ def planned(hills, tmp_path_factory):
     out = tmp_path_factory.mktemp("plan") / "out"
     done = run_here("plan", "--terrain", hills, *ENDS, *PAPER, "--out", out, "--json")
     return out, done, json.loads(done.stdout) if done.returncode == 0 else None
+
+
+def last_line(error: str) -> str:
+    """Return the last line of standard error, after the report on the terrain that was read."""
+    *report, last = error.splitlines(keepends=True)
+    assert all(line.startswith("pathgene: Terrain ") for line in report)
+    return last

@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 from pathgene.host.cli import main
-from tests.cli.conftest import plan
+from tests.cli.conftest import last_line, plan
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +108,7 @@ def test_export_warns_of_a_path_that_is_not_feasible(flown, tmp_path, capsys):
     file.write_text(json.dumps(summary | {"feasible": False}))
     (tmp_path / "terrain.npz").write_bytes((flown / "terrain.npz").read_bytes())
     assert main(["export", str(file), "--write", "kml"]) == 0
-    assert capsys.readouterr().err == (
+    assert last_line(capsys.readouterr().err) == (
         "pathgene: The path is not feasible; look at the files, but do not fly them.\n"
     )
     assert (tmp_path / "path.kml").exists()
@@ -187,7 +187,7 @@ def test_an_edited_path_is_judged_again(safe, tmp_path, capsys, command, consequ
         rf"pathgene: {re.escape(str(file))}: the path breaks the limit clearance, \S+ where \S+ "
         r"is allowed, \d+ m from the start, although the summary calls it feasible; "
         rf"{consequence}\.\n",
-        captured.err,
+        last_line(captured.err),
     )
     assert {path: path.read_bytes() for path in file.parent.iterdir()} == before
     out = tmp_path / "out"
@@ -202,7 +202,7 @@ def test_an_edited_path_as_paper_is_judged_by_the_paper(flown, tmp_path, capsys)
     assert re.fullmatch(
         rf"pathgene: {re.escape(str(file))}: the path is not feasible: \d+\.\d m under the "
         r"terrain.*, although the summary calls it feasible; nothing is written, plan again\.\n",
-        capsys.readouterr().err,
+        last_line(capsys.readouterr().err),
     )
 
 

@@ -9,7 +9,7 @@ from importlib import metadata
 import pytest
 
 from pathgene.host.cli import main
-from tests.cli.conftest import WALL, plan
+from tests.cli.conftest import WALL, last_line, plan
 from tests.support.host.earth import single
 from tests.unit.mission.autopilot.mavsdk_autopilot import Autopilot, Proxy, free_port
 from tests.unit.mission.autopilot.own_autopilot import OwnAutopilot
@@ -71,7 +71,7 @@ def test_a_path_that_is_not_feasible_stays_here(flown, tmp_path, capsys):
     (tmp_path / "terrain.npz").write_bytes((flown / "terrain.npz").read_bytes())
     arguments = ["upload", str(file), "--to", f"udpout:127.0.0.1:{free_port()}"]
     assert main(arguments) == 1
-    assert capsys.readouterr().err == (
+    assert last_line(capsys.readouterr().err) == (
         f"pathgene: {file}: the path is not feasible, so nothing is uploaded; plan again, or give "
         "--infeasible.\n"
     )
@@ -90,7 +90,7 @@ def test_a_plan_file_of_a_path_that_is_not_feasible_stays_here_too(
     file = tmp_path / "path.plan"
     arguments = ["upload", str(file), "--to", autopilot.address]
     assert main(arguments) == 1
-    assert capsys.readouterr().err == (
+    assert last_line(capsys.readouterr().err) == (
         f"pathgene: {file}: the path is not feasible, so nothing is uploaded; plan again, or give "
         "--infeasible.\n"
     )

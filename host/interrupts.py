@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -19,12 +21,15 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 _KEPT_FROM_CHILDREN = frozenset(SIGNALS) - {signal.SIGTERM}
 # One request can arrive twice: `timeout` signals its command, then the group of its command.
 _REPEAT_S = 0.1
+# Time after which a lost interrupt is raised again: the callback that it ended has returned.
+_AGAIN_S = 0.01
 
 
 class _Received:
     """The signals since the process started to catch them."""
 
     first: int | None = None
+    last: int = signal.SIGINT
     last_s = -1.0
 
 
@@ -38,7 +43,11 @@ def status(default: int = 128 + signal.SIGINT) -> int:
 
 @contextlib.contextmanager
 def caught() -> Iterator[None]:
-    """Raise :class:`KeyboardInterrupt` in the block at each signal that was not ignored."""
+    """Raise :class:`KeyboardInterrupt` in the block at each signal that was not ignored.
+
+    CPython drops an exception of a destructor or of a callback of a weak reference, which every
+    import runs. An interrupt that is lost there is raised again.
+    """
     if not _in_main_thread():
         yield
         return
@@ -46,7 +55,7 @@ def caught() -> Iterator[None]:
     usual = (signal.SIG_DFL, signal.default_int_handler)
     ours = [number for number in SIGNALS if signal.getsignal(number) in usual]
     try:
-        with _handled(ours, _raise):
+        with _handled(ours, _raise), _raised_again_if_lost():
             yield
     finally:
         # CPython remembers an interrupt that leaves exec(), which creates dataclasses, and ends
@@ -123,6 +132,28 @@ def _handled(
             signal.signal(number, previous)
 
 
+@contextlib.contextmanager
+def _raised_again_if_lost() -> Iterator[None]:
+    timers: list[threading.Timer] = []
+    before = sys.unraisablehook
+
+    def hook(lost: sys.UnraisableHookArgs) -> None:
+        if not (issubclass(lost.exc_type, KeyboardInterrupt) and _in_main_thread()):
+            before(lost)
+            return
+        _Received.last_s = -1.0  # No repetition of the lost one.
+        timers.append(threading.Timer(_AGAIN_S, _thread.interrupt_main, (_Received.last,)))
+        timers[-1].start()
+
+    sys.unraisablehook = hook
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before
+        for timer in timers:
+            timer.cancel()
+
+
 def _raise(number: int, _frame: FrameType | None) -> None:
     if _accepted(number):
         raise KeyboardInterrupt
@@ -133,7 +164,7 @@ def _accepted(number: int) -> bool:
     now_s = time.monotonic()
     if now_s - _Received.last_s < _REPEAT_S and _Received.first is not None:
         return False
-    _Received.last_s = now_s
+    _Received.last, _Received.last_s = number, now_s
     if _Received.first is None:
         _Received.first = number
     return True

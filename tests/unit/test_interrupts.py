@@ -56,6 +56,46 @@ def test_a_second_signal_keeps_the_status():
         assert interrupts.status() == 128 + signal.SIGTERM
 
 
+class _Signaling:
+    """An object at whose end a signal arrives."""
+
+    def __init__(self, number):
+        self.number = number
+
+    def __del__(self):
+        signal.raise_signal(self.number)
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_an_interrupt_of_a_destructor_is_not_lost(number):
+    def interrupted():
+        held = _Signaling(number)
+        del held
+        deadline = time.monotonic() + 10
+        while time.monotonic() < deadline:
+            pass
+
+    hook = sys.unraisablehook
+    with interrupts.caught():
+        with pytest.raises(KeyboardInterrupt):
+            interrupted()
+        assert interrupts.status() == 128 + number
+    assert sys.unraisablehook is hook
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_other_errors_of_a_destructor_are_reported_as_usual(monkeypatch):
+    class Broken:
+        def __del__(self):
+            raise ValueError("broken")
+
+    reported = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda lost: reported.append(lost.exc_type))
+    with interrupts.caught():
+        Broken()
+    assert reported == [ValueError]
+
+
 @pytest.mark.parametrize("number", NUMBERS)
 def test_a_held_signal_arrives_afterwards(number):
     steps = []

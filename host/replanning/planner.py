@@ -254,7 +254,7 @@ class InFlightPlanner:
             return PlanningTime(
                 taken.whole_s,
                 taken.status_s + ROUND_TRIP_S * taken.exchanges,
-                self.constant_s + REPAIR_S * repairs,
+                self.constant_s * hardware.get("searches", 1) + REPAIR_S * repairs,
             )
         line = line_s(sum(hardware["bytes"].values()))
         # One request per generation.

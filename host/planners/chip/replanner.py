@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,11 +13,12 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.protocol.runs import WARM_SLOPES, RunOptions
 from pathgene.host.errors import JobError
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.planners.base import Options, Result, Run
+from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
 from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
 from pathgene.host.planners.chip.problem_record import whole_path
 from pathgene.host.planners.chip.runs import ChipRuns
 from pathgene.host.planners.chip.schedule import MOST_RUNS, SURFACES
+from pathgene.host.planners.timed import plan_in_time
 from pathgene.host.problem.zones import Zone
 
 
@@ -63,6 +65,10 @@ class ChipReplanner:
     most 2.8 ms follow, each from new seeds only. :meth:`finish` clears the zones that were removed
     while new ones were added.
 
+    Zones with times are handled as in a plan (:func:`~pathgene.host.planners.timed.plan_in_time`):
+    the map of the first search does not have them, and each further search adds the zones that the
+    path of the previous search enters while they are active.
+
     Parameters
     ----------
     task : ProblemOnChip
@@ -94,8 +100,15 @@ class ChipReplanner:
         """Search; see :class:`pathgene.host.planners.base.Replanner`.
 
         The generations of the options are ignored. ``hardware`` and ``seconds`` of the result are
-        as from :meth:`pathgene.host.planners.chip.ga_chip.ChipGeneticPlanner.plan`.
+        as from :meth:`pathgene.host.planners.chip.ga_chip.ChipGeneticPlanner.plan`; ``hardware``
+        counts all searches, and ``searches`` is their number.
         """
+        searches = _Searches(self)
+        result = plan_in_time(searches, evaluator, options)
+        return replace(result, hardware=searches.hardware)
+
+    def search(self, evaluator: Evaluator, options: Options) -> Result:
+        """Search once, with a map on which zones with times are always active."""
         run = Run(evaluator, options)
         problem = evaluator.problem
         # The straight line, which leaves the start along its heading like the chip's paths.
@@ -120,6 +133,51 @@ class ChipReplanner:
             before = self._task.problem.zones
             to_free = [zone for zone in problem.zones if zone not in before]
         return replace(result, replanner=ChipReplanner(task, to_free))
+
+
+class _Searches:
+    """The searches of one replan, each of which continues from the previous one.
+
+    Attributes
+    ----------
+    hardware : dict or None
+        Counters of all searches; None if the last search failed.
+    """
+
+    def __init__(self, replanner: ChipReplanner) -> None:
+        self._replanner = replanner
+        self.hardware: dict[str, Any] | None = None
+        self._count = 0
+
+    def plan(
+        self,
+        evaluator: Evaluator,
+        options: Options,
+        progress: Progress | None = None,
+        stop: Stop | None = None,
+    ) -> Result:
+        """Search once more; see :class:`pathgene.host.planners.base.Planner`."""
+        result = self._replanner.search(evaluator, options)
+        self._count += 1
+        if isinstance(result.replanner, ChipReplanner):
+            self._replanner = result.replanner
+        if result.hardware is None or self.hardware is None:
+            self.hardware = result.hardware
+        else:
+            self.hardware = _summed(self.hardware, result.hardware)
+        if self.hardware is not None:
+            self.hardware["searches"] = self._count
+        return result
+
+
+def _summed(one: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the counters of two searches together, with the map of the second."""
+    summed = dict(other)
+    for key in ("plan_us", "generations", "drawing_cycles", "exchanges", "runs"):
+        summed[key] = one[key] + other[key]
+    for key in ("cycles", "bytes", "frames"):
+        summed[key] = {name: one[key][name] + other[key][name] for name in other[key]}
+    return summed
 
 
 def _runs(task: ProblemOnChip, seed: int) -> Iterator[RunOptions]:

@@ -62,6 +62,17 @@ def test_a_repair_takes_the_host_longer(on_chip, mission, monkeypatch):
     assert attempt.time.chip_s < 0.003
 
 
+def test_a_search_for_a_zone_that_is_active_takes_another_share_of_the_host(on_chip, mission):
+    zone = Circle(4000.0, 4500.0, 300.0, t0_s=60.0, t1_s=120.0)
+    moved = changed_problem(mission, [zone], (2000.0, 4500.0, 250.0), heading=90.0)
+    attempt = on_chip.attempt(moved, 0)
+    hardware = attempt.plan.result.hardware
+    assert hardware["searches"] == 2
+    assert attempt.time.host_s == 2 * HOST_S
+    assert attempt.time.chip_s == chip_time(hardware).whole_s
+    assert attempt.time.chip_s > 1.5 * chip_time(hardware, 1).whole_s
+
+
 def test_a_failed_attempt_lasts_until_its_zones_are_free(on_chip, mission, monkeypatch):
     traffic, finish, noted = on_chip.board.link.traffic, Plan.finish, []
 

@@ -1,6 +1,7 @@
 """Replans on a board that is still open, on the software model."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -132,6 +133,33 @@ def test_what_is_no_disc_is_exact(make_evaluator, board, search, zone):
     exact = CornerMap(board.config, after.evaluator.problem).corners(ends)
     assert np.array_equal(model_of(board).checking.terrain.heights, exact)
     assert after.evaluation.feasible
+
+
+def test_a_zone_that_is_not_active_at_the_passage_stays_open(make_evaluator, search):
+    plan = search.run(make_evaluator(rules=NO_MARGINS))
+    for times in ({"t1_s": 1.0}, {"t0_s": 3600.0}):
+        plan = plan.replan(zones=[replace(WALL, **times), BEHIND], elapsed_s=10.0)
+        assert plan.evaluation.feasible
+        assert plan.fallback is None
+        assert plan.result.hardware["searches"] == 1
+        assert runs_of(plan)[0]["warm"]
+
+
+def test_a_zone_that_is_active_at_the_passage_is_drawn_for_the_next_search(make_evaluator, search):
+    before = search.run(make_evaluator(rules=NO_MARGINS))
+    x, y, _ = before.path[len(before.path) // 2]
+    active = Zone.circle(x, y, 300, t0_s=20.0, t1_s=900.0)
+    after = before.replan(zones=[active, replace(WALL, t0_s=3600.0)])
+    assert after.evaluation.feasible
+    assert after.fallback is None
+    assert not after.evaluator.entered(after.path)
+    hardware = after.result.hardware
+    assert hardware["searches"] == 2
+    runs = hardware["runs"]
+    assert len(runs) >= 2
+    assert hardware["cycles"]["total"] == sum(run["cycles"] for run in runs)
+    for way in ("to_board", "from_board"):
+        assert hardware["bytes"][way] >= sum(run["bytes"][way] for run in runs)
 
 
 def test_zones_that_are_gone_are_free_again(make_evaluator, board, search):

@@ -56,6 +56,7 @@ _FLIGHT = (
     "autopilot.py",
     "flight.py",
     "fly.py",
+    "ground.py",
     "guidance.py",
     "judge.py",
     "models.py",

@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 
 from pathgene.host.evaluation.track import SmoothedTrack
 from pathgene.host.flight.flight import MARGIN, PERIOD_S, Flown, limits_of
+from pathgene.host.flight.ground import demanded_m, is_off_map, known_surface_m
 from pathgene.host.flight.guidance import MEAN_S
 from pathgene.host.problem.aircraft import Aircraft
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.tiles import tiles_of
 from pathgene.host.problem.zones import Zone
-from pathgene.host.terrain.surface import surface_below
 
 
-__all__ = ["Verdict", "demanded_m", "entered", "judge"]
+__all__ = ["SHARE", "Verdict", "entered", "judge"]
 
 Floats = NDArray[np.float64]
 
@@ -40,7 +40,8 @@ class Verdict:
     Parameters
     ----------
     kept : bool
-        The aircraft arrived, kept half of the required clearance everywhere, and entered no zone.
+        The aircraft arrived, kept half of the required clearance everywhere, stayed over known
+        ground, and entered no zone.
     breaks : list of str
         A sentence for each broken promise; empty if ``kept``.
     arrived : bool
@@ -55,7 +56,8 @@ class Verdict:
         Vertical distance from the track: root mean square and maximum.
     clearance_asked_m, clearance_planned_m, clearance_flown_m : float
         Clearance that was asked for, minimum of the planned track and minimum of the flight, over
-        the surface ``max(nearest node, bilinear)``. NaN if no sample has ground below it.
+        the surface ``max(nearest node, bilinear)``, where that is known. NaN if no sample has
+        known ground below it.
     clearance_share : float
         Minimum share of the required clearance, which is lower near both ends; infinite if none is
         required.
@@ -112,9 +114,9 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
     aircraft : Aircraft
         Figures of the aircraft that flew, for its limits.
     """
-    clearance = flown.z - surface_below(problem.terrain, flown.x, flown.y, void_m=math.nan)
+    clearance = flown.z - known_surface_m(problem.terrain, flown.x, flown.y)
     planned = track.sample(_STEP_M)
-    heights = planned.z - surface_below(problem.terrain, planned.x, planned.y, void_m=math.nan)
+    heights = planned.z - known_surface_m(problem.terrain, planned.x, planned.y)
     demanded = demanded_m(problem, flown.x, flown.y)
     asked = problem.rules.clearance_m if problem.rules else 0.0
     lowest = int(np.nanargmin(clearance)) if not np.isnan(clearance).all() else 0
@@ -142,7 +144,14 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
             f"The flight keeps {clearance[worst]:.1f} m of a clearance of {demanded[worst]:.1f} m "
             f"at ({flown.x[worst]:.0f}, {flown.y[worst]:.0f})."
         )
-    if np.isnan(clearance).any():
+    off_map = is_off_map(problem.terrain, flown.x, flown.y)
+    if off_map.any():
+        first = int(np.argmax(off_map))
+        breaks.append(
+            f"The flight leaves the map at ({flown.x[first]:.0f}, {flown.y[first]:.0f}), where the "
+            "ground is unknown."
+        )
+    if np.isnan(clearance[~off_map]).any():
         breaks.append("The flight crosses a void of the terrain.")
     breaks += [f"The flight enters the no-fly zone {name!r}." for name in names]
     return Verdict(
@@ -170,18 +179,6 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
         power_W=_range(flown.power_W),
         limits=_limits(aircraft, flown),
     )
-
-
-def demanded_m(problem: Problem, x: Floats, y: Floats) -> Floats:
-    """Return the clearance required at points (k,), metres; it is lower near both ends.
-
-    At a horizontal distance d from an end it is at most the end's own height over the surface plus
-    d times half the tangent of the climb limit (start) or descent limit (goal). 0 with
-    ``as_paper``.
-    """
-    if problem.rules is None:
-        return np.zeros_like(x)
-    return problem.demand.required_m(x, y)
 
 
 def entered(zone: Zone, flown: Flown) -> NDArray[np.bool_]:

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from pathgene.host.flight.judge import SHARE, demanded_m
+from pathgene.host.flight.ground import demanded_m
+from pathgene.host.flight.judge import SHARE
 from pathgene.host.report import plan_view
 from pathgene.host.report.style import (
     FLOWN,

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.flight.flight import PERIOD_S
-from pathgene.host.flight.judge import SHARE, demanded_m
+from pathgene.host.flight.ground import demanded_m, is_off_map, known_surface_m
+from pathgene.host.flight.judge import SHARE
 from pathgene.host.problem.tiles import tiles_of
 from pathgene.host.problem.zones import Zone
 from pathgene.host.replanning.session import Session
 from pathgene.host.report.summary import finite, version
-from pathgene.host.terrain.surface import surface_below
 
 
 __all__ = ["WAY_OUT_SHARE", "Outcome", "Replanned", "judge"]
@@ -43,11 +43,12 @@ class Outcome:
     alive : bool
         The aircraft touched neither ground nor zone, and was not lost.
     kept : bool
-        The aircraft is alive, arrived, and kept half of the required clearance everywhere.
+        The aircraft is alive, arrived, kept half of the required clearance everywhere, and stayed
+        on the map.
     flight_time_s : float
         From the start of the path to the end.
     clearance_flown_m : float
-        Minimum height over the surface.
+        Minimum height over the surface, where that is known.
     clearance_share : float
         Minimum share of the required clearance; infinite if none is required.
     zone_distance_m : float
@@ -81,7 +82,7 @@ def judge(session: Session) -> Outcome:
     problem = session.mission
     flown = np.array(session.pilot.samples, dtype=np.float64)
     x, y, z = flown[:, 1], flown[:, 2], flown[:, 3]
-    clearance = z - surface_below(problem.terrain, x, y, void_m=math.nan)
+    clearance = z - known_surface_m(problem.terrain, x, y)
     demanded = demanded_m(problem, x, y)
     with np.errstate(divide="ignore", invalid="ignore"):
         shares = np.where(demanded > 0, clearance / demanded, math.inf)
@@ -109,6 +110,13 @@ def judge(session: Session) -> Outcome:
         breaks.append(
             f"The flight keeps {clearance[worst]:.1f} m of a clearance of {demanded[worst]:.1f} m "
             f"at ({x[worst]:.0f}, {y[worst]:.0f})."
+        )
+    off_map = is_off_map(problem.terrain, x, y)
+    if off_map.any():
+        first = int(np.argmax(off_map))
+        breaks.append(
+            f"The flight leaves the map at ({x[first]:.0f}, {y[first]:.0f}), where the ground is "
+            "unknown."
         )
     return Outcome(
         ended=session.ended or "interrupted",

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pathgene.host.evaluation.track import SmoothedTrack
 from pathgene.host.flight.flight import PERIOD_S
-from pathgene.host.flight.judge import demanded_m
+from pathgene.host.flight.ground import demanded_m
 from pathgene.host.flight.picture import layout
 from pathgene.host.problem.tiles import wholes
 from pathgene.host.report import plan_view, zone_shapes

@@ -9,12 +9,15 @@ import pytest
 
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.flight.flight import Flown, limits_of
-from pathgene.host.flight.judge import demanded_m, entered, judge
+from pathgene.host.flight.ground import demanded_m, known_surface_m
+from pathgene.host.flight.judge import entered, judge
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.surface import Demand
 from pathgene.host.problem.zones import Circle, Polygon
-from pathgene.host.terrain import Terrain
+from pathgene.host.terrain import Terrain, surface
+from tests.support.host.flight_oracle import known_surface
 
 
 FOX = aircraft.load("silver-fox")
@@ -81,6 +84,40 @@ def test_less_is_demanded_near_the_ends():
     x = np.array([1000.0, 1100.0, 2000.0, 5000.0])
     rise = 0.5 * math.tan(math.radians(10))
     assert demanded_m(low, x, np.full(4, 2000.0)) == pytest.approx([2, 2 + 100 * rise, 50, 50])
+
+
+def test_the_ground_is_that_of_the_definition():
+    rng = np.random.default_rng(5)
+    heights = rng.uniform(0, 500, (9, 12))
+    heights[4, 5] = heights[0, 11] = np.nan
+    terrain = Terrain("rough", heights, 30.0, 40.0)
+    # Nodes, middles between nodes, edges, and places beyond them.
+    x, y = (each.ravel() for each in np.meshgrid(np.arange(-30, 375, 7.5), np.arange(-40, 370, 5)))
+    x, y = np.append(x, rng.uniform(-50, 400, 900)), np.append(y, rng.uniform(-50, 400, 900))
+    expected = known_surface(terrain, x, y)
+    found = known_surface_m(terrain, x, y)
+    assert np.array_equal(np.isnan(found), np.isinf(expected))
+    assert np.isnan(found).sum() > 1000
+    known = ~np.isnan(found)
+    assert found[known] == pytest.approx(expected[known], abs=1e-9)
+
+
+def test_a_flight_off_the_map_is_over_unknown_ground():
+    """The height of the edge does not excuse it."""
+    report = verdict(flight(140.0, y=4000.5))
+    assert report.breaks == [
+        "The flight leaves the map at (1000, 4000), where the ground is unknown."
+    ]
+    assert math.isnan(report.clearance_flown_m)
+    assert verdict(flight(140.0, y=4000.0)).kept
+
+
+def test_a_fault_of_the_rules_does_not_excuse_a_flight(monkeypatch):
+    monkeypatch.setattr(
+        surface, "surface_below", lambda terrain, x, *_, **__: np.full(x.shape, -99.0)
+    )
+    monkeypatch.setattr(Demand, "required_m", lambda self, x, *_, **__: np.zeros_like(x))
+    assert re.match(r"^The flight keeps 14\.0 m of a clearance", verdict(flight(114.0)).breaks[0])
 
 
 ZONE = {"lower_m": 150.0, "upper_m": 250.0}

@@ -351,7 +351,7 @@ def _heights(properties: dict[str, Any]) -> Own:
     own = own_limits(properties)
     if any(properties.get(key) is not None for key in ("lower", "upper")):
         return own
-    return Own(*stated_limits(properties), ())
+    return stated_limits(properties)
 
 
 def _is_own(geometry: dict[str, Any], properties: dict[str, Any]) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from pathgene.host.errors import InputError
@@ -169,10 +169,10 @@ def height_of(text: str, what: str) -> Limit:
 
 
 class Own(NamedTuple):
-    """The limits ``lower`` and ``upper`` of a zone.
+    """The lower and the upper limit that properties state.
 
-    ``read`` has the names of the properties beside them that state unit or reference, ``remarks``
-    a note on each assumption.
+    ``read`` has the names of the properties that are read besides ``lower`` and ``upper``,
+    ``remarks`` a note on each assumption.
     """
 
     lower: Limit | None
@@ -204,6 +204,7 @@ def own_limits(properties: Mapping[str, Any]) -> Own:
         read += (name for name, _ in beside.values())
         limits.append(_own_limit(side, value, beside))
         if isinstance(value, str) and plain_number(value) is value:
+            assumed += _words_read(side, value, limits[-1])
             continue
         if not beside:
             assumed.append("limits without a unit or reference are metres above sea level")
@@ -213,6 +214,13 @@ def own_limits(properties: Mapping[str, Any]) -> Own:
             assumed.append("limits without a reference are above sea level")
     remarks = tuple(Remark(Grade.NOTE, text) for text in dict.fromkeys(assumed))
     return Own(limits[0], limits[1], tuple(dict.fromkeys(read)), remarks)
+
+
+def _words_read(name: str, value: Any, stated: Limit | None) -> Iterator[str]:
+    """Yield the meaning of a limit that is a word, such as ``ground`` or ``unlimited``."""
+    if isinstance(value, str) and not re.search("[0-9]", value):
+        meaning = "no limit" if stated is None else "the ground below the zone"
+        yield f"{name} {value.strip()!r} is read as {meaning}"
 
 
 def _is_level(stated: Limit | None) -> bool:
@@ -286,10 +294,8 @@ def plain_number(value: Any) -> Any:
     return value
 
 
-def stated_limits(
-    properties: Mapping[str, Any],
-) -> tuple[Limit | None, Limit | None, tuple[str, ...]]:
-    """Return lower and upper limit of properties, and the names of the properties that are read.
+def stated_limits(properties: Mapping[str, Any]) -> Own:
+    """Return the limits that properties such as ``floor`` and ``upperLimit`` state.
 
     A limit is read if its value has number, unit and reference: a text such as ``FL 95``, or an
     object with ``value``, ``unit`` and ``reference``.
@@ -298,12 +304,15 @@ def stated_limits(
         next((name for name in names if name in properties), "") for names in (_LOWER, _UPPER)
     )
     limits: dict[str, Limit | None] = {}
+    words: list[str] = []
     for name in (lower, upper):
         try:
             limits[name] = _limit_of(properties[name])
         except (KeyError, ValueError, InputError):
             continue
-    return limits.get(lower), limits.get(upper), tuple(limits)
+        words += _words_read(name, properties[name], limits[name])
+    remarks = tuple(Remark(Grade.NOTE, text) for text in words)
+    return Own(limits.get(lower), limits.get(upper), tuple(limits), remarks)
 
 
 def _limit_of(value: Any) -> Limit | None:

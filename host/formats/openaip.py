@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping
+from datetime import time
 from typing import Any
 
 from pathgene.host.errors import InputError
@@ -32,6 +33,7 @@ _REFERENCES = {0: "AGL", 1: "AMSL", 2: "STD"}
 _LIMITS = (("lowerLimit", "upperLimit"), ("lowerCeiling", "upperCeiling"))
 # Activations that have no fixed time: the airspace counts as always active.
 _AT_ANY_TIME = {"byNotam": "by NOTAM", "onDemand": "on demand", "onRequest": "on request"}
+_UTC = "its hours of operation count as UTC, as openAIP defines them"
 # Activities by their numbers.
 _ACTIVITIES = (
     "",
@@ -69,8 +71,10 @@ def _airspace(member: Member) -> Iterator[Read]:
     unread: list[str] = []
     limits = list(_limits(facts, names, unread))
     periods = _periods(facts, unread)
+    has_hours = any(isinstance(each, time) for p in periods for each in (p.first, p.last))
     unknown = [name for name in (category, airspace_class) if name and name not in classes.BY_NAME]
-    remarks = (*_remarks(facts, forbids=forbids), *map(_unknown, unknown))
+    hours = (Remark(Grade.NOTE, _UTC),) if has_hours else ()
+    remarks = (*_remarks(facts, forbids=forbids), *hours, *map(_unknown, unknown))
     found, others = areas(member.geometry, Placing(), is_circle=False)
     if any(len(set(ring)) < 3 for rings in found for ring in rings):
         raise InputError("a ring must have three corners or more.")

@@ -124,7 +124,8 @@ def placemark(
     except InputError as error:
         yield Bad(tag, str(error))
         return
-    lower, upper, named = stated_limits(data)
+    stated = stated_limits(data)
+    has_own = bool({*_LIMITS} & set(data))
     limiting = (*around, *(each for each in TIMES if any(True for _ in every(element, each))))
     common: dict[str, Any] = {
         "kind": kind,
@@ -132,12 +133,15 @@ def placemark(
         "t0_s": numbers["t0"],
         "t1_s": numbers["t1"],
         "unread": (
-            *unread(data, (*_READ, *named, *limits.read)),
+            *unread(data, (*_READ, *stated.read, *limits.read)),
             *dict.fromkeys(limiting),
         ),
         "remarks": ()
         if is_ours
-        else (*limits.remarks, *unread_texts(data, text_of(element, "description"))),
+        else (
+            *(limits if has_own else stated).remarks,
+            *unread_texts(data, text_of(element, "description")),
+        ),
     }
     own = limits.lower, limits.upper
     if circle:
@@ -150,10 +154,10 @@ def placemark(
         return
     yield from _others(element, tag, data, bool(drawn))
     for rings, heights in areas:
-        if {*_LIMITS} & set(data):
+        if has_own:
             heights = _Heights(*own)
-        elif named:
-            heights = _Heights(lower, upper)
+        elif stated.read:
+            heights = _Heights(stated.lower, stated.upper)
         modes = tuple(f"altitudeMode {mode}" for mode in heights.unread)
         facts = common | {"unread": (*common["unread"], *modes)}
         yield Feature(number, name, rings, None, heights.lower, heights.upper, **facts)

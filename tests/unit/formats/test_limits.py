@@ -8,7 +8,8 @@ from pathgene.host.errors import InputError
 from pathgene.host.formats import geojson
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Limit, Reference
-from pathgene.host.formats.limits import limit, limit_text, stated_limits
+from pathgene.host.formats.limits import limit, limit_text, own_limits, stated_limits
+from pathgene.host.remarks import Grade
 from tests.support.host.zone_files import LIMIT_TEXTS
 
 
@@ -134,10 +135,23 @@ FT_1000, FL_95 = Limit(304.8, Reference.AGL), Limit(95 * 30.48, Reference.STANDA
 def test_reads_properties_that_state_unit_and_reference(names):
     low, high = names
     properties = {"name": "TMA", low: "1000 ft AGL", high: "FL 95", "colour": "red"}
-    assert stated_limits(properties) == (FT_1000, FL_95, names)
+    assert stated_limits(properties) == (FT_1000, FL_95, names, ())
     value = {"value": 1000, "unit": "ft", "reference": "AGL"}
-    assert stated_limits({low: value}) == (FT_1000, None, (low,))
-    assert stated_limits({low: "GND", high: "UNL"}) == (Limit(0, Reference.AGL), None, names)
+    assert stated_limits({low: value}) == (FT_1000, None, (low,), ())
+
+
+@pytest.mark.parametrize(
+    ("read", "names"), [(own_limits, ("lower", "upper")), (stated_limits, ("floor", "ceiling"))]
+)
+def test_words_for_limits_are_repeated_with_their_meaning(read, names):
+    low, high = names
+    found = read({low: "Ground", high: " unlimited "})
+    assert found[:2] == (Limit(0, Reference.AGL), None)
+    assert [(each.grade, each.text) for each in found.remarks] == [
+        (Grade.NOTE, f"{low} 'Ground' is read as the ground below the zone"),
+        (Grade.NOTE, f"{high} 'unlimited' is read as no limit"),
+    ]
+    assert read({high: "120 m AGL"}).remarks == ()
 
 
 def test_reads_no_property_that_leaves_open_its_unit_or_reference():
@@ -146,6 +160,7 @@ def test_reads_no_property_that_leaves_open_its_unit_or_reference():
             None,
             FL_95,
             ("upperLimit",),
+            (),
         )
 
 

@@ -173,6 +173,16 @@ def test_an_activation_without_a_time_is_said():
     assert read(FACTS | {"byNotam": None})[0].remarks == ()
 
 
+def test_hours_of_operation_are_said_to_be_utc():
+    utc = Remark(Grade.NOTE, "its hours of operation count as UTC, as openAIP defines them")
+    assert read(FACTS | hours(MONDAY))[0].remarks == (utc,)
+    day = {"dayOfWeek": 0, "sunrise": True, "sunset": True}
+    assert read(FACTS | hours(day))[0].remarks == ()
+    assert read(FACTS | {"activeFrom": "2026-05-01T00:00:00Z"})[0].remarks == ()
+    # Local times are not read, which is a warning.
+    assert read(FACTS | hours(MONDAY, remarks="Times are LOCAL"))[0].remarks == ()
+
+
 def test_an_activity_in_a_class_that_does_not_forbid_is_a_warning():
     open_ = {"type": 0, "icaoClass": 6}
     (found,) = read(FACTS | open_ | {"activity": 1})

@@ -188,6 +188,7 @@ def _saved(directory: Path, job: Job, outcome: Outcome) -> dict[str, Any]:
     from pathgene.host.mission.batch import save
 
     if outcome.summary is None:
+        note_reading(outcome.read, f"{job.name}: ")
         return _failed(outcome.failure or "It failed.", bad_input=outcome.bad_input)
     note_reading(outcome.summary.get("read"), f"{job.name}: ")
     save(directory, job, outcome, note)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pathgene.host.cli.arguments import Commands, add_command, add_command_group
-from pathgene.host.cli.output import print_json, print_pairs
+from pathgene.host.cli.output import note_readings, print_json, print_pairs
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import output_file, prepare_file
 from pathgene.host.files.special import is_special
@@ -17,6 +17,7 @@ from pathgene.host.planners import DEFAULT
 
 if TYPE_CHECKING:
     from pathgene.host.problem.problem import Problem
+    from pathgene.host.remarks import Reading
 
 __all__ = ["add", "check", "new"]
 
@@ -83,7 +84,14 @@ def check(args: argparse.Namespace) -> int:
     # A check does not need the hardware.
     is_asked = asks_hardware(values.get("planner"), values.get("board"))
     search = search_of({**values, "planner": DEFAULT, "board": None} if is_asked else values)
-    mission = mission_of(values)
+    read: list[tuple[Reading, Reading]] = []
+    try:
+        mission = mission_of(values, say=lambda *readings: read.append(readings))
+    except InputError:
+        # The files that were read may show the cause of the refusal.
+        for terrain, zones in read:
+            note_readings(terrain, zones)
+        raise
     problem = mission.problem
     report: dict[str, Any] = {
         "file": args.file,

@@ -27,8 +27,9 @@ from pathgene.host.mission.planning import plan_mission
 from pathgene.host.options.table import options_of
 from pathgene.host.planners.base import Result
 from pathgene.host.planning import Plan, Search
+from pathgene.host.remarks import Reading
 from pathgene.host.report.run_files import SUMMARY, verify
-from pathgene.host.report.summary import version
+from pathgene.host.report.summary import describe_readings, version
 from pathgene.host.report.write import write_report
 from pathgene.host.workers.cluster import on_cluster
 from pathgene.host.workers.processes import in_processes
@@ -80,15 +81,20 @@ class Job:
         text = json.dumps({**values, "pathgene": version()}, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:20]
 
-    def make(self) -> tuple[Mission, Search]:
+    def make(self, say: Callable[[Reading, Reading], None] | None = None) -> tuple[Mission, Search]:
         """Return the mission and the search.
+
+        Parameters
+        ----------
+        say : callable, optional
+            Gets the reports on files; see :func:`pathgene.host.mission.build.mission_of`.
 
         Raises
         ------
         InputError
             If the values are bad, or the planner needs a board on a port of this machine.
         """
-        mission = mission_of(self.values)
+        mission = mission_of(self.values, say=say)
         check_formats(self.formats, mission.problem.terrain)
         return mission, search_of(self.values)
 
@@ -120,6 +126,8 @@ class Outcome:
         The message of the failure; None after a success.
     bad_input : bool
         The failure is caused by the problem.
+    read : dict or None
+        The report on the files that were read before a failure, as in a summary.
     """
 
     number: int
@@ -127,6 +135,7 @@ class Outcome:
     result: Result | None = None
     failure: str | None = None
     bad_input: bool = False
+    read: dict[str, Any] | None = None
 
 
 def names_of(files: Sequence[str]) -> list[str]:
@@ -175,16 +184,27 @@ def execute(
     """
     tasks = []
     together: dict[object, list[_Task]] = {}
+    reads: dict[int, dict[str, Any]] = {}
+
+    def whole(outcome: Outcome) -> tuple[Job, Outcome]:
+        if outcome.summary is None:
+            outcome = dataclasses.replace(outcome, read=reads.get(outcome.number))
+        return jobs[outcome.number], outcome
+
     for number, job in enumerate(jobs):
+
+        def say(*readings: Reading, number: int = number) -> None:
+            reads[number] = describe_readings(*readings)
+
         try:
-            mission, search = job.make()
+            mission, search = job.make(say)
             if scheduler is not None and search.board and known_config(search.board) is None:
                 raise InputError(
                     "A board at this machine cannot be reached from a cluster; leave --scheduler "
                     "out."
                 )
         except InputError as error:
-            yield job, Outcome(number, failure=str(error), bad_input=True)
+            yield whole(Outcome(number, failure=str(error), bad_input=True))
             continue
         task = _Task(number, mission, job.values)
         if scheduler is None and mission.legs == 1 and search.kind is not None:
@@ -194,7 +214,7 @@ def execute(
     for alike in together.values():
         for some in _parts(alike):
             for outcome in _plan_together(some):
-                yield jobs[outcome.number], outcome
+                yield whole(outcome)
     if not tasks:
         return
     count = min(count, len(tasks))
@@ -214,7 +234,7 @@ def execute(
         )
     try:
         for outcome in outcomes:
-            yield jobs[outcome.number], outcome
+            yield whole(outcome)
     finally:
         outcomes.close()
 

@@ -107,10 +107,14 @@ def mission_of(
     terrain = terrain_of(values) if terrain is None else terrain
     if values.get("as_paper"):
         terrain = terrain.on_paper
-    start, goal = (_needed(values, name, terrain) for name in ("start", "goal"))
-    read = read_zones_of(values, terrain)
-    if say is not None:
-        say(terrain.reading, read.reading)
+    zones_reading = Reading()
+    try:
+        start, goal = (_needed(values, name, terrain) for name in ("start", "goal"))
+        read = read_zones_of(values, terrain)
+        zones_reading = read.reading
+    finally:
+        if say is not None:
+            say(terrain.reading, zones_reading)
     problem = Problem(
         terrain,
         start,

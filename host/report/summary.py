@@ -10,12 +10,14 @@ from pathgene.host.evaluation import Evaluation, Evaluator
 from pathgene.host.planners.base import Result
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.tiles import wholes
+from pathgene.host.remarks import Reading
 from pathgene.host.version import version
 
 
 __all__ = [
     "describe_problem",
     "describe_reading",
+    "describe_readings",
     "describe_run",
     "finite",
     "summarise",
@@ -70,10 +72,12 @@ def describe_problem(evaluator: Evaluator, source: Mapping[str, Any]) -> dict[st
 
 def describe_reading(problem: Problem) -> dict[str, Any]:
     """Return facts and remarks on the files of the terrain and of the zones."""
-    return {
-        "terrain": finite(problem.terrain.reading.to_dict()),
-        "zones": finite(problem.zones_reading.to_dict()),
-    }
+    return describe_readings(problem.terrain.reading, problem.zones_reading)
+
+
+def describe_readings(terrain: Reading, zones: Reading) -> dict[str, Any]:
+    """Return facts and remarks on a terrain and on zones, as in ``summary.json``."""
+    return {"terrain": finite(terrain.to_dict()), "zones": finite(zones.to_dict())}
 
 
 def describe_run(result: Result) -> dict[str, Any]:

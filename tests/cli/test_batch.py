@@ -273,6 +273,20 @@ def test_says_and_keeps_what_was_read_of_zones(files, tmp_path, capsys):
     assert [line.replace("one: ", "", 1) for line in told] == checked
 
 
+def test_a_refused_problem_says_first_what_was_read(files, tmp_path, capsys):
+    point = {"type": "Point", "coordinates": [2500, 500]}
+    features = [{"type": "Feature", "properties": {"name": "mast"}, "geometry": point}]
+    document = {"type": "FeatureCollection", "crs_local": True, "features": features}
+    (tmp_path / "zones.geojson").write_text(json.dumps(document))
+    with Path(files[2]).open("a") as file:
+        file.write('[[zones]]\nfile = "zones.geojson"\n')
+    status, _, said = batch(capsys, files[2], "--out", tmp_path / "out", "--jobs", 1)
+    assert status == 2
+    told = [line for line in said.splitlines() if line.startswith("pathgene: bad: ")]
+    assert any('Note: zones.geojson: feature 1, "mast" left out' in line for line in told[:-1])
+    assert "goal" in told[-1]
+
+
 def test_zones_are_read_with_the_options(files, tmp_path, capsys):
     zones = tmp_path / "zones.txt"
     zones.write_text("AC E\nAN OPEN\nAH 9000ft MSL\nAL GND\nV X=47:01:00 N 008:02:00 E\nDC 0.1\n")

@@ -245,3 +245,25 @@ def test_a_check_says_what_was_read_of_the_zones(file, capsys):
     assert main(["problem", "check", str(file), "--json"]) == 0
     (read,) = json.loads(capsys.readouterr().out)["read"]["zones"]["files"]
     assert (read["read"], read["on_map"], read["can_forbid"]) == (1, 1, 1)
+
+
+def test_a_refused_check_says_first_what_was_read(file, capsys):
+    point = {"type": "Point", "coordinates": [2000, 3000]}
+    features = [{"type": "Feature", "properties": {"name": "mast"}, "geometry": point}]
+    document = {"type": "FeatureCollection", "crs_local": True, "features": features}
+    file.with_name("more.geojson").write_text(json.dumps(document))
+    text = re.sub(r"goal = \[[^]]*\]", "goal = [90000, 0, 100]", file.read_text())
+    file.write_text(text + '[[zones]]\nfile = "more.geojson"\n')
+    assert main(["problem", "check", str(file)]) == 2
+    out, said = capsys.readouterr()
+    *report, refusal = said.splitlines()
+    assert out == ""
+    assert any('feature 1, "mast" left out' in line for line in report)
+    assert "goal" in refusal
+    # A bad file of zones does not hide the report on the terrain.
+    file.with_name("more.geojson").write_text("neither")
+    file.write_text(file.read_text().replace("[terrain]", "[terrain]\norigin = [47, 8]"))
+    assert main(["problem", "check", str(file)]) == 2
+    report, refusal = capsys.readouterr().err.splitlines()
+    assert report.startswith("pathgene: Terrain ")
+    assert "more.geojson" in refusal

@@ -36,6 +36,20 @@ def pytest_sessionstart(session):
         (compile_evaluation if is_even else written_page)()
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection(session):
+    """Collect no garbage while the tests are collected, and exempt them from it afterwards.
+
+    The tests stay alive, so nothing is found. It takes a sixth of the time, in each worker.
+    """
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
 @pytest.hookimpl(wrapper=True, trylast=True)
 def pytest_runtest_teardown(item, nextitem):
     """Exempt the live objects from garbage collection after each module of tests.

@@ -1,9 +1,11 @@
 """Units whose netlists are compared with their Verilog, at the sizes of the small chip."""
 
 import functools
+import re
 
 from pathgene.hdl.primitives.unit import Unit
 from tests.support.gateware.unit_pool import components_of_chips
+from tools.equivalence import PAGE
 
 
 _ROOMS = ("pathgene.hdl.link.", "pathgene.hdl.planner.", "pathgene.hdl.primitives.")
@@ -20,3 +22,10 @@ def units():
             given = {name: getattr(instances[-1], name) for name in kind.parameters}
             found[kind.__name__] = functools.partial(kind, **given)
     return dict(sorted(found.items()))
+
+
+def rows_of_the_page():
+    """Return unit and verdict of each row of the page's table."""
+    text = PAGE.read_text(encoding="utf-8")
+    text = text.partition("<!-- equivalence -->")[2].partition("<!-- end of equivalence -->")[0]
+    return dict(re.findall(r"^\| (\w+) +\|[^|]*\|[^|]*\| (\w+)", text, re.MULTILINE)[1:])

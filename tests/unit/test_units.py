@@ -10,6 +10,7 @@ from amaranth.hdl import Fragment
 from pathgene.hdl.boards import find_board
 from pathgene.hdl.primitives.buffers import SkidBuffer
 from pathgene.hdl.primitives.unit import Choice, Count, InstanceOf, PowerOfTwo, Unit
+from tests.formal import netlists
 from tests.support.gateware.unit_pool import CHIPS, components_of_chips, unit_classes
 
 
@@ -199,6 +200,11 @@ def test_every_unit_has_arguments(arguments):
         each.__name__ for each in arguments
     } | abstract
     assert len(arguments) > 120
+
+
+def test_every_netlist_has_a_row_on_its_page():
+    """The test stands here because ``arguments`` has built the same chips."""
+    assert netlists.rows_of_the_page().keys() == netlists.units().keys()
 
 
 def test_parameters_are_kept(arguments):

@@ -1,6 +1,7 @@
 """The note before the kernels are compiled."""
 
 import os
+import signal
 import subprocess
 import sys
 
@@ -21,20 +22,57 @@ SCRIPTS = {
 }
 
 
-@pytest.mark.parametrize("kernels", SCRIPTS)
-@pytest.mark.parametrize("off", [False, True])
-def test_notes_the_first_compilation(tmp_path, kernels, off):
-    """It notes an empty cache, and nothing if there is no compiler."""
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    environment["NUMBA_DISABLE_JIT"] = str(int(off))
-    script = f"from pathgene.host.cli.output import *; {SCRIPTS[kernels]}"
-    done = subprocess.run(
-        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True
-    )
+@pytest.fixture
+def script(tmp_path):
+    """Function that starts one of ``SCRIPTS`` with an empty cache; returns its process."""
+
+    def start(kernels, off="0"):
+        script = f"from pathgene.host.cli.output import *; {SCRIPTS[kernels]}"
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": off}
+        return subprocess.Popen(
+            [sys.executable, "-c", script],
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    return start
+
+
+def note(kernels):
     duration = "some ten seconds" if kernels == "under water" else "about a minute"
-    note = f"pathgene: Compiling for this machine, once: {duration}.\n"
-    assert done.stderr == ("" if off else note)
-    assert done.stdout == ""
+    return f"pathgene: Compiling for this machine, once: {duration}.\n"
+
+
+@pytest.mark.parametrize("kernels", SCRIPTS)
+def test_notes_the_first_compilation(script, kernels):
+    """The note comes before the compilation, whose end this test does not wait for."""
+    with script(kernels) as process:
+        assert process.stderr.readline() == note(kernels)
+        process.send_signal(signal.SIGINT)
+
+
+@pytest.mark.parametrize(
+    "kernels",
+    [
+        pytest.param("as paper", marks=pytest.mark.ci),
+        pytest.param("by the rules", marks=pytest.mark.long),
+    ],
+)
+def test_the_first_compilation_keeps_the_kernels(script, kernels):
+    """The note is all that is written, and a second start writes nothing."""
+    for expected in (note(kernels), ""):
+        with script(kernels) as process:
+            assert process.communicate() == ("", expected)
+        assert process.returncode == 0
+
+
+@pytest.mark.parametrize("kernels", SCRIPTS)
+def test_notes_nothing_without_a_compiler(script, kernels):
+    with script(kernels, off="1") as process:
+        assert process.communicate() == ("", "")
+    assert process.returncode == 0
 
 
 @pytest.mark.parametrize("as_paper", [False, True])

@@ -9,7 +9,7 @@ import pytest
 from .conftest import ENDS, is_gone, started, wait_for
 
 
-@pytest.mark.parametrize("wait_s", [0.0, 6.0])
+@pytest.mark.parametrize("wait_s", [0.0, 1.5, pytest.param(6.0, marks=pytest.mark.ci)])
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_signal_ends_it(hills, tmp_path, number, wait_s):
     """No process is left, and the command ends with the status of the signal."""

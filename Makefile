@@ -114,13 +114,17 @@ setup-long:
 PYTEST = MALLOC_MMAP_THRESHOLD_=33554432 MALLOC_TRIM_THRESHOLD_=1073741824 PYTHONDONTWRITEBYTECODE= \
 	"$(BIN)/python" -m pytest -n $(WORKERS) --dist worksteal
 
+# A test that hangs ends with the tracebacks of its threads and fails; a new worker runs the rest.
+# The largest take 40 s on an idle machine. Long tests have no limit.
+LIMIT = -o faulthandler_timeout=600 -o faulthandler_exit_on_timeout=true
+
 .PHONY: test test-ci test-long
 test: setup
-	@$(IN_ROOT) status=0; $(PYTEST) $(PYTEST_ARGS) || status=$$?; \
+	@$(IN_ROOT) status=0; $(PYTEST) $(LIMIT) $(PYTEST_ARGS) || status=$$?; \
 		echo "make test: $$SECONDS s" >&2; exit $$status
 
 test-ci: setup
-	@$(IN_ROOT) $(PYTEST) -m "ci and not long" $(PYTEST_ARGS)
+	@$(IN_ROOT) $(PYTEST) $(LIMIT) -m "ci and not long" $(PYTEST_ARGS)
 
 test-long: setup-long
 	@$(IN_ROOT) $(PYTEST) -m "long or not long" $(PYTEST_ARGS)

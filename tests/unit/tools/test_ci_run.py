@@ -1,6 +1,7 @@
 """The script of the continuous integration, and the rules of ``make lint`` without Verilog."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -48,6 +49,28 @@ def test_last_line_and_status(tmp_path, first, second, last, status):
     )
     assert done.stdout.splitlines()[-1] == last
     assert done.returncode == status
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize("target", ["test", "test-ci"])
+def test_a_test_that_hangs_fails_and_the_others_run(tmp_path, target):
+    recipe = subprocess.run(
+        ["make", "-n", target], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True
+    ).stdout
+    options = " ".join(re.findall(r"-o \S+", recipe)).replace("timeout=600", "timeout=1").split()
+    (tmp_path / "test_three.py").write_text(
+        "import time\n\ndef test_a(): pass\n\ndef test_b(): time.sleep(60)\n\ndef test_c(): pass\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-n", "1", "-p", "no:cacheprovider", *options],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    assert "1 failed, 2 passed" in done.stdout
+    assert re.search(r'File ".*test_three\.py", line 5 in test_b', done.stdout)
 
 
 @pytest.mark.ci

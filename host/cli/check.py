@@ -20,6 +20,7 @@ from pathgene.host.files.output import reading
 from pathgene.host.formats.registry import read_path
 from pathgene.host.inputs import opened
 from pathgene.host.options.table import RULES
+from pathgene.host.remarks import Reading
 
 
 if TYPE_CHECKING:
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from pathgene.host.problem.ends import Point
     from pathgene.host.problem.problem import Problem
     from pathgene.host.problem.zones import Zone
-    from pathgene.host.remarks import Reading
     from pathgene.host.terrain import Terrain
 
 
@@ -107,9 +107,12 @@ def run(args: argparse.Namespace) -> int:
     else:
         terrain = terrain_of(vars(args))
         path = read_path(file, terrain)
-    zones, zones_reading = _zones(args, summary, terrain)
-    # They may name the cause of a refusal that follows.
-    note_readings((terrain.on_paper if args.as_paper else terrain).reading, zones_reading)
+    zones_reading = Reading()
+    try:
+        zones, zones_reading = _zones(args, summary, terrain)
+    finally:
+        # They may name the cause of a refusal.
+        note_readings((terrain.on_paper if args.as_paper else terrain).reading, zones_reading)
     problem = problem_of_path(
         terrain,
         path,

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from pathgene.host.cli import main
 from tests.cli.conftest import ENDS, run_here
 
 
@@ -118,3 +119,14 @@ def test_a_refused_check_says_the_report_first(planned, hills):
     assert done.returncode == 2
     assert said(done) == notes
     assert "The start at an altitude of 300 m is inside the ground" in done.stderr.splitlines()[-1]
+
+
+def test_a_refused_check_says_first_what_was_read(planned, hills, tmp_path, capsys):
+    folder, _ = planned
+    bad = tmp_path / "bad.geojson"
+    bad.write_text("neither")
+    given = ("--path", folder / "path.geojson", "--terrain", hills, "--origin", "47,8")
+    assert main(["check", *map(str, given), "--nofly", str(bad)]) == 2
+    report, refusal = capsys.readouterr().err.splitlines()
+    assert report.startswith("pathgene: Terrain ")
+    assert "bad.geojson" in refusal

@@ -38,6 +38,8 @@ MOST_NAME = 80
 _MOST_LONGITUDE = 720.0
 # Coordinates that are larger than metres of a terrain's frame, and than any projected metres.
 _PROJECTED, _SCALED = 100_000.0, 21_000_000.0
+# Largest longitude and latitude; no land lies so near the origin of a projected system.
+_DEGREES = 180.0, 90.0
 # A system by authority and number, with or without the version of the register.
 _SYSTEM = re.compile(r"(EPSG|ESRI)\D{1,30}?(?:[\d.]+[:/])?(\d{4,6})(?!\d)", re.IGNORECASE)
 # Names of properties that may limit an area in height, size or time.
@@ -237,12 +239,24 @@ def named_system(document: Mapping[str, Any]) -> str | None:
 
 
 def _converted(pairs: tuple[Position, ...], system: str) -> tuple[Position, ...]:
-    """Return positions of a reference system in degrees; edges straight there get more corners."""
+    """Return positions of a reference system in degrees; edges straight there get more corners.
+
+    Raises
+    ------
+    InputError
+        If the system is projected, and the positions look like degrees.
+    """
     from pathgene.host.terrain.geodesy import WGS84, known_crs, transform
 
     corners = np.array(pairs).reshape(-1, 2)
-    if len(corners) > 1 and not known_crs(system).is_geographic:
-        corners = _divided(corners)
+    if len(corners) and not known_crs(system).is_geographic:
+        if (np.abs(corners) <= _DEGREES).all():
+            x, y = corners[0].tolist()
+            raise InputError(
+                f"({x:g}, {y:g}) looks like longitude and latitude, but crs names the projected "
+                f"system {system}; remove crs if they are degrees."
+            )
+        corners = _divided(corners) if len(corners) > 1 else corners
     lon, lat = transform(system, WGS84, corners[:, 0], corners[:, 1])
     return tuple(zip(lon.tolist(), lat.tolist(), strict=True))
 

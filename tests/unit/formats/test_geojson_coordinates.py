@@ -8,6 +8,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.formats import geojson
 from pathgene.host.formats.areas import named_system
 from pathgene.host.formats.content import Content
+from pathgene.host.formats.features import Feature
 
 
 RING = [[9.0, 45.0], [9.01, 45.0], [9.01, 45.01], [9.0, 45.0]]
@@ -37,6 +38,18 @@ def moved(ring, scale, east=0.0, north=0.0):
 def test_the_remedy_for_positions_that_are_no_degrees(geometry, remedy):
     (part,) = reads(document(geometry))
     assert f" is no WGS84 longitude and latitude; {remedy}" in part.reason
+
+
+@pytest.mark.parametrize("system", ["EPSG:3857", "EPSG:25832"])
+def test_degrees_in_a_projected_system_are_bad(system):
+    crs = {"type": "name", "properties": {"name": system}}
+    (part,) = reads(document(moved(RING, 1.0)) | {"crs": crs})
+    assert part.reason == (
+        "(9, 45) looks like longitude and latitude, but crs names the projected system "
+        f"{system}; remove crs if they are degrees."
+    )
+    (part,) = reads(document(moved(RING, 1.0, 500_000, 5_000_000)) | {"crs": crs})
+    assert isinstance(part, Feature)
 
 
 @pytest.mark.parametrize(

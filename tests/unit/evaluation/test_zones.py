@@ -279,8 +279,10 @@ def test_a_zone_counts_for_the_parts_of_an_arc_in_wind_that_it_is_active_in():
 def test_times_that_are_not_known_count_as_active():
     pieces, rows = piece_rows(np.array([(0.0, 0, 50), (400, 0, 50)]), 30.0)
     packed = pack_zones([Circle(200, 0, 100, t0_s=99)], 0)
-    assert zone_metres(pieces, rows, np.array([0, math.inf]), packed) == pytest.approx(200)
-    assert zone_metres(pieces, rows, np.array([math.nan, math.nan]), packed) == pytest.approx(200)
+    assert zone_metres(pieces, rows, np.array([0.0, *[math.inf] * rows]), packed) == pytest.approx(
+        200
+    )
+    assert zone_metres(pieces, rows, np.full(rows + 1, math.nan), packed) == pytest.approx(200)
 
 
 # --- Touching ------------------------------------------------------------------------------------

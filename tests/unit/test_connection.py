@@ -95,6 +95,7 @@ def test_the_second_opinion_is_asked_after_astar_by_itself(mountains):
     assert plan.evaluation.feasible
     assert (plan.planner, plan.fallback, plan.reason) == ("astar", "fpa-2opt", None)
     assert plan.summary["fallback"] == "fpa-2opt"
+    assert Evaluator(mountains).evaluate(plan.path).feasible
     assert plan.result.seconds["fallback"] <= plan.result.seconds["total"]
 
 

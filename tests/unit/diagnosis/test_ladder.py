@@ -228,6 +228,12 @@ def test_pits():
     assert 40 < reason.figure.would_do < 80
     assert reason.region[50, 50]
     assert not reason.region[5, 5]
+    # The walls of a pit are out of reach, but not for an aircraft that circles.
+    deep = heights(1600)
+    deep[47:54, 47:54] = 100
+    reason = diagnose(problem(elevation=deep, start=(500, 500, 1970)))
+    assert (reason.code, reason.proven) == ("descent", False)
+    assert reason.sentence.endswith("there may be room to circle, which no planner does.")
     narrow = heights(900)
     narrow[49:51, 49:52] = 100
     reason = diagnose(problem(elevation=narrow, start=GOAL, goal=(500, 500, 1050)))

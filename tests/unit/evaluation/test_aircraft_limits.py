@@ -1,5 +1,6 @@
 """A limit of the aircraft needs only one class in one list."""
 
+import dataclasses
 import itertools
 import math
 
@@ -17,6 +18,7 @@ from pathgene.host.evaluation.aircraft_limits import (
     limit_named,
     unit_of,
 )
+from pathgene.host.problem.aircraft import load
 from pathgene.host.problem.problem import Problem
 from pathgene.host.report import profile
 from pathgene.host.report.along import why
@@ -114,6 +116,18 @@ def test_without_it_the_path_is_feasible():
     evaluator = Evaluator(problem())
     assert evaluator.evaluate(dip(100.0)).feasible
     assert evaluator.broken(dip(100.0)) == []
+
+
+def test_a_limit_without_its_figure_is_not_listed():
+    figures = ("engine_power_W", "fuel_weight_N", "lift_coefficient_max", "service_ceiling_m")
+    bare = dataclasses.replace(load("silver-fox"), **dict.fromkeys(figures))
+    full = dataclasses.replace(bare, **dict.fromkeys(figures, 10.0))
+    names = []
+    for aircraft in (bare, full):
+        flown = dataclasses.replace(problem(), aircraft=aircraft, start_heading_deg=45.0)
+        limits = Evaluator(flown).evaluate(dip(160.0)).limits
+        names.append({limit["limit"] for limit in limits})
+    assert names[1] - names[0] == {"power", "fuel", "stall", "service-ceiling"}
 
 
 def test_every_limit_has_a_name_and_a_unit_of_its_own():

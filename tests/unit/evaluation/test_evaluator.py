@@ -168,6 +168,18 @@ def test_feasible_needs_both_steps(make_problem):
     assert terms.minimum_clearance_m == 10
 
 
+def test_feasible_at_ds_is_the_verdict_of_the_search_or_of_the_rule(make_problem):
+    path = np.array([(500.0, 2500.0, 200.0), (4500.0, 2500.0, 200.0)])
+    # The margin ends 5 m beside the track and meets the cells that the track crosses.
+    for away_m, feasible in ((40.0, True), (30.0, False)):
+        zone = Circle(2500.0, 2500.0 + away_m, 10.0)
+        problem = make_problem(path[0], path[1], zones=[zone], rules=Rules())
+        evaluator = Evaluator(problem, threads=1)
+        assert evaluator.fitness(path[None], np.array([2]))[0] < 1
+        found = evaluator.evaluate(path)
+        assert (found.feasible, found.feasible_at_ds) == (feasible, feasible)
+
+
 def test_clearance_counts_start_and_goal_and_no_void(make_problem):
     elevation = np.full((51, 51), 100.0)
     elevation[:, 10] = np.nan

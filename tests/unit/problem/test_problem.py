@@ -9,6 +9,7 @@ import pytest
 from pathgene.host.errors import InputError
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Circle
 from pathgene.host.terrain import Terrain
 
@@ -33,6 +34,8 @@ def test_defaults():
     assert (made.ds_m, made.wind, made.zones) == (25.0, (0.0, 0.0), ())
     assert made.nofly_raster.shape == (21, 31)
     assert not made.nofly_raster.any()
+    assert made.rules == Rules()
+    assert not made.as_paper
 
 
 def test_values_become_tuples_of_floats():

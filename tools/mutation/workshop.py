@@ -10,7 +10,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -133,7 +133,9 @@ _COPIED = (
     "examples",
     "constraints",
 )
-_FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+(?: \S+)*?)(?: - .*)?$", re.MULTILINE)
+#: Message of the plugin :mod:`tools.mutation.limit`.
+_HANGS = "limit of processor time reached"
+_OUTCOME = re.compile(r"^(PASSED|FAILED|ERROR) (\S+(?: \S+)*?)(?: - .*)?$", re.MULTILINE)
 #: Folders whose effects are not all visible in a netlist, because hosts and models use them as
 #: well.
 _SHARED = ("hdl/protocol/", "hdl/config.py")
@@ -171,11 +173,13 @@ class Workshop:
     #: Last stage to try: the tests of its unit and package; the comparison of circuits and the
     #: tests of all units; or simulated chips.
     depth: str = "chips"
+    #: Whether the copy begins with the compiled modules and kernels of the original.
+    compiled: bool = False
     _circuits: dict[str, dict[str, str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.folder.mkdir(parents=True)
-        ignore = shutil.ignore_patterns("__pycache__", "build")
+        ignore = shutil.ignore_patterns("build", *([] if self.compiled else ["__pycache__"]))
         for name in _COPIED:
             if (self.root / name).is_dir():
                 shutil.copytree(self.root / name, self.folder / name, ignore=ignore, symlinks=True)
@@ -191,12 +195,27 @@ class Workshop:
     def judge(self, alteration: Alteration) -> Result:
         """Apply an alteration, run the tests, and revert it."""
         start = time.monotonic()
-        with self._altered(alteration):
+        source = (self.folder / alteration.file).read_bytes()
+        with self.altered(alteration.file, alteration.apply(source)):
             verdict, by = self._verdict(alteration)
         return Result(alteration, verdict, by, self.depth, round(time.monotonic() - start, 1))
 
     def failures(self, tests: Sequence[str], options: Sequence[str] = ()) -> list[str]:
         """Run pytest on some tests; return the failed ones, or a list of files' first failure."""
+        return [name for kind, name in self.outcomes(tests, options) if kind != "PASSED"]
+
+    def outcomes(
+        self,
+        tests: Sequence[str],
+        options: Sequence[str] = (),
+        variables: Mapping[str, str] | None = None,
+    ) -> list[tuple[str, str]]:
+        """Run pytest on some tests; return ``FAILED`` or ``ERROR`` and the name of each such test.
+
+        A test that hangs has the kind ``ERROR``.
+        Passed tests have the kind ``PASSED`` and are told only if ``options`` ask for them. A run
+        that ends in another way has one outcome of the kind ``ERROR``, which says how.
+        """
         if not tests:
             return []
         command = [sys.executable, "-m", "pytest", "-q", "--no-header", "--tb=no", "-rfE"]
@@ -205,7 +224,7 @@ class Workshop:
         with subprocess.Popen(
             command,
             cwd=self.folder,
-            env=self._environment(),
+            env={**self._environment(), **(variables or {})},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -219,10 +238,14 @@ class Workshop:
                 os.killpg(process.pid, 9)
                 if not isinstance(error, subprocess.TimeoutExpired):
                     raise
-                return ["limit of time reached"]
+                return [("ERROR", "limit of time reached")]
+        found = [
+            ("ERROR" if _HANGS in match[0] else match[1], match[2])
+            for match in _OUTCOME.finditer(printed)
+        ]
         if process.returncode in (0, 5):
-            return []
-        return _FAILED.findall(printed) or [f"pytest ended with status {process.returncode}"]
+            return found
+        return found or [("ERROR", f"pytest ended with status {process.returncode}")]
 
     def _verdict(self, alteration: Alteration) -> tuple[str, str]:
         nearest, package, rest = suites(self.folder, alteration.file)
@@ -247,19 +270,24 @@ class Workshop:
         return "survived", ", ".join(changed)
 
     @contextmanager
-    def _altered(self, alteration: Alteration) -> Iterator[None]:
-        path = self.folder / alteration.file
-        source = path.read_bytes()
+    def altered(self, file: str, source: bytes) -> Iterator[None]:
+        """Give a file of the copy another text in a block."""
+        path = self.folder / file
+        original = path.read_bytes()
         build = self.folder / "build"
         before = set(build.glob("*/*"))
         # The compiled file records its source's date in whole seconds, which may not change.
-        shutil.rmtree(path.parent / "__pycache__", ignore_errors=True)
-        path.write_bytes(alteration.apply(source))
+        compiled, aside = path.parent / "__pycache__", path.parent / "__pycache__.aside"
+        if compiled.is_dir():
+            compiled.rename(aside)
+        path.write_bytes(source)
         try:
             yield
         finally:
-            path.write_bytes(source)
-            shutil.rmtree(path.parent / "__pycache__", ignore_errors=True)
+            path.write_bytes(original)
+            shutil.rmtree(compiled, ignore_errors=True)
+            if aside.is_dir():
+                aside.rename(compiled)
             for entry in set(build.glob("*/*")) - before:
                 # Builds of the altered chip are of no further use; object files belong to the
                 # simulator.
@@ -272,6 +300,8 @@ class Workshop:
             "PYTHONPATH": str(self.folder),
             "MUTATION_LIMIT": str(self.limit_s),
             "PYTHONHASHSEED": "0",
+            # Messages are cut at the width of the terminal.
+            "COLUMNS": "1000",
         }
 
     # --- Circuits -------------------------------------------------------------------------------

@@ -153,6 +153,18 @@ def test_repeated_commands_change_nothing(host):
     assert chip.core.generation == 1
 
 
+def test_a_repeated_command_is_refused_if_it_is_invalid(host):
+    host(Command.WRITE, b"\0" + pack_paths(SMALL, random_paths(SMALL, random.Random(4))))
+    whole = bytes((LinkMode.RANK, *ORDER))
+    done = host(Command.GENERATE, whole)
+    number = (host.sequence - 1) % 256
+    for wrong in (whole[:-1], whole + b"\0"):
+        answer = ask(host.chip, bytes((1, number, Command.GENERATE)) + wrong)
+        assert answer == bytes((1, number, Status.BAD_LENGTH))
+    assert ask(host.chip, bytes((1, number, Command.GENERATE)) + whole)[3:] == done
+    assert host.chip.core.generation == 1
+
+
 def test_generations_match_the_core(host):
     rng = random.Random(3)
     core = PaperCore(SMALL)

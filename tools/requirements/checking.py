@@ -1,0 +1,50 @@
+"""Checks of rows: the named test passes, and fails once the fault is planted."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable, Iterator, Sequence
+
+from tools.mutation.workshop import Workshop
+from tools.requirements.table import Row
+
+
+#: Marks leave no test out.
+_OPTIONS = ("-m", "", "-rfEp", "-n", "0")
+
+
+def verdict(shop: Workshop, row: Row, *, unaltered: bool = True) -> str | None:
+    """Return a sentence on the failure of a row, or None.
+
+    Parameters
+    ----------
+    unaltered : bool
+        Whether to run the test without the fault as well.
+    """
+    if unaltered:
+        found = _outcomes(shop, row)
+        if not found or any(kind != "PASSED" for kind, _ in found):
+            return f"{row.name}: {row.test} does not pass without the fault: {found}"
+    with shop.altered(row.file, row.faulty(shop.folder)):
+        found = _outcomes(shop, row)
+    # An error would mean that the fault is a crash, or that the test was not even reached.
+    if any(kind == "FAILED" and name.startswith(row.test) for kind, name in found):
+        return None
+    return f"{row.name}: {row.test} does not notice the fault: {found}"
+
+
+def _outcomes(shop: Workshop, row: Row) -> list[tuple[str, str]]:
+    variables = {"NUMBA_DISABLE_JIT": "1"} if row.interpreted else None
+    return shop.outcomes([row.test], _OPTIONS, variables)
+
+
+def wrong(shop: Workshop, rows: Iterable[Row], *, unaltered: bool = True) -> Iterator[str]:
+    """Yield a sentence for each wrong row."""
+    for row in rows:
+        if (found := verdict(shop, row, unaltered=unaltered)) is not None:
+            yield found
+
+
+def sample(rows: Sequence[Row], seed: int, count: int) -> list[Row]:
+    """Return some rows, drawn by a seed."""
+    return random.Random(seed).sample(list(rows), count)

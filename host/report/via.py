@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -12,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.evaluation.geometry import Arc, Straight
-from pathgene.host.evaluation.track import SmoothedTrack
 from pathgene.host.problem.ends import Point
+from pathgene.host.report.nearest import NearTrack
 
 
 __all__ = ["Visit", "visits"]
@@ -25,9 +23,6 @@ Floats = NDArray[np.float64]
 _ROUNDING_M = 0.01
 # Distance of the point from a right-angle turn, the sharpest turn at a joint, in turn radii.
 _ROUNDED = math.sqrt(2) - 1
-# Points of an arc in each round, which narrows it to a thirty-second, the number of rounds, and the
-# share of an arc that is rounding.
-_LOOK, _ROUNDS, _ROUNDING = 65, 9, 1e-9
 
 
 @dataclass(frozen=True)
@@ -106,7 +101,7 @@ def visits(evaluator: Evaluator, path: Floats) -> list[Visit]:
     points = evaluator.problem.way[1:-1]
     if not points:
         return []
-    near_track = _Track(evaluator.track(path))
+    near_track = NearTrack(evaluator.track(path))
     rounded_m = _ROUNDING_M
     if math.isfinite(evaluator.problem.limits.turn_radius_m):
         rounded_m += _ROUNDED * evaluator.problem.limits.turn_radius_m
@@ -140,75 +135,3 @@ def _nearest_on_lines(path: Floats, point: Sequence[float]) -> tuple[Floats, Flo
     part = np.clip(along / np.where(square > 0, square, 1), 0, 1)
     distance = np.linalg.norm(corners + part[:, None] * steps - point, axis=1)
     return np.arange(len(steps)) + part, distance
-
-
-class _Track:
-    """A track in which the place nearest to a point is found without a close look at most arcs.
-
-    The nearest place of a straight piece has a formula. No point of an arc is farther from its
-    middle than half its length, which bounds its distance from below: arcs are looked at in the
-    order of that bound, up to the best place.
-    """
-
-    def __init__(self, track: SmoothedTrack) -> None:
-        lengths_m = [piece.length_m for piece in track.pieces]
-        placed = list(zip(track.pieces, itertools.accumulate(lengths_m, initial=0.0), strict=False))
-        lines = [(piece, begin) for piece, begin in placed if isinstance(piece, Straight)]
-        self._arcs = [(piece, begin) for piece, begin in placed if isinstance(piece, Arc)]
-        self._begins_m = np.array([begin for _, begin in lines])
-        self._lengths_m = np.array([piece.length_m for piece, _ in lines])
-        self._starts = np.array([piece.start for piece, _ in lines]).reshape(-1, 3)
-        self._steps = np.array([piece.stop for piece, _ in lines]).reshape(-1, 3) - self._starts
-        self._reach_m = np.array([piece.length_m for piece, _ in self._arcs]) * (0.5 + _ROUNDING)
-        middle = np.array([0.5])
-        middles = [piece.points(middle) for piece, _ in self._arcs]
-        self._middles = np.concatenate([np.empty((0, 3)), *middles])
-        self._found: dict[tuple[Point, int], tuple[float, float, float]] = {}
-
-    def nearest(self, point: Point, axes: int = 3) -> tuple[float, float, float]:
-        """Return the minimum distance from a point, the horizontal one there, and the place.
-
-        With two ``axes``, the minimum distance is horizontal.
-        """
-        # A mission may visit a point many times.
-        if (point, axes) not in self._found:
-            self._found[point, axes] = self._nearest(point, axes)
-        return self._found[point, axes]
-
-    def _nearest(self, point: Point, axes: int) -> tuple[float, float, float]:
-        best = self._on_lines(point, axes)
-        away_m = np.linalg.norm((self._middles - point)[:, :axes], axis=1) - self._reach_m
-        for number in np.argsort(away_m, kind="stable").tolist():
-            if away_m[number] > best[0]:
-                break
-            piece, begin_m = self._arcs[number]
-            best = min(best, _on_arc(piece, begin_m, point, axes))
-        return best
-
-    def _on_lines(self, point: Point, axes: int) -> tuple[float, float, float]:
-        """Return the same for the straight pieces."""
-        if not len(self._starts):
-            return math.inf, math.inf, math.inf
-        steps, offsets = self._steps[:, :axes], point - self._starts
-        square = (steps**2).sum(axis=1)
-        along = (offsets[:, :axes] * steps).sum(axis=1) / np.where(square > 0, square, 1)
-        part = np.clip(along, 0, 1)
-        offsets -= part[:, None] * self._steps
-        distance = np.linalg.norm(offsets[:, :axes], axis=1)
-        level = np.hypot(offsets[:, 0], offsets[:, 1])
-        at_m = self._begins_m + part * self._lengths_m
-        best = np.lexsort((at_m, level, distance))[0]
-        return float(distance[best]), float(level[best]), float(at_m[best])
-
-
-def _on_arc(piece: Arc, begin_m: float, point: Point, axes: int) -> tuple[float, float, float]:
-    """Return the place of one arc; see :meth:`_Track.nearest`."""
-    parts = np.linspace(0, 1, _LOOK)
-    for _ in range(_ROUNDS):
-        offsets = piece.points(parts) - point
-        best = int((offsets[:, :axes] ** 2).sum(axis=1).argmin())
-        ends = parts[max(best - 1, 0)], parts[min(best + 1, len(parts) - 1)]
-        place, (east, north, up) = parts[best], offsets[best].tolist()
-        parts = np.linspace(*ends, _LOOK)
-    distance_m = math.hypot(east, north, up if axes == 3 else 0.0)
-    return distance_m, math.hypot(east, north), begin_m + float(place) * piece.length_m

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from pathgene.host.mission.problem_file import parse_problem
 from tests.browser.seen import settle
+from tests.support.host.processes import Started
 
 
 PATIENCE_MS = 120_000
@@ -23,7 +24,7 @@ def serving(folder, *arguments):
     command = [sys.executable, "-m", "pathgene", "desk", "--out", folder, "--json", *arguments]
     # NiceGUI behaves differently within pytest.
     environment = {key: value for key, value in os.environ.items() if "PYTEST" not in key}
-    desk = subprocess.Popen(
+    desk = Started(
         [str(each) for each in command],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -15,6 +15,7 @@ import pytest
 
 from pathgene.host.cli import main
 from tests.support.host.kernels import compile_evaluation
+from tests.support.host.processes import Started
 
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -85,7 +86,7 @@ def straight_flight(tmp_path_factory):
 
 def started(*arguments, program=("-m", "pathgene"), **options):
     """Start a command; return its process."""
-    return subprocess.Popen(
+    return Started(
         [sys.executable, *program, *map(str, arguments)],
         cwd=ROOT,
         stdout=subprocess.PIPE,
@@ -109,7 +110,7 @@ def is_gone(group):
 def interrupted(arguments, line):
     """Send Ctrl-C after a line that starts with ``line``; return the JSON."""
     command = [sys.executable, "-m", "pathgene", *map(str, arguments), "--generations", "10000000"]
-    with subprocess.Popen(
+    with Started(
         [*command, "--json"], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
         wait_for(process, line)

@@ -12,6 +12,7 @@ import pytest
 from pathgene.host.cli import main
 from pathgene.host.mission.batch import Job, _parts, _Task
 from pathgene.host.mission.problem_file import read_problem
+from tests.support.host.processes import Started
 
 from .conftest import ROOT
 
@@ -122,7 +123,7 @@ def test_ctrl_c_keeps_what_is_done(files, tmp_path, capsys):
     text = second.read_text().replace('"astar"', '"ga-pc"\ngenerations = 10000000')
     second.write_text(text)
     arguments = ["batch", *files[:2], "--jobs", "1", "--no-picture", "--out", str(out)]
-    with subprocess.Popen(
+    with Started(
         [sys.executable, "-m", "pathgene", *arguments], cwd=ROOT, stderr=subprocess.PIPE, text=True
     ) as process:
         assert process.stderr.readline() == "problem 0/2\n"

@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from pathgene.host.cli import main
+from tests.support.host.processes import Started
 
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -27,7 +28,7 @@ def served(tmp_path, *arguments, **variables):
     environment = {key: value for key, value in os.environ.items() if "PYTEST" not in key}
     environment |= {"PYTHONPATH": str(ROOT), **variables}
     command = [sys.executable, "-m", "pathgene", "desk", *arguments]
-    desk = subprocess.Popen(
+    desk = Started(
         command,
         cwd=tmp_path,
         env=environment,

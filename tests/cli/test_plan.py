@@ -13,6 +13,7 @@ import rasterio
 
 from pathgene.host.cli import main
 from pathgene.host.terrain import load
+from tests.support.host.processes import Started
 
 from .conftest import (
     ENDS,
@@ -283,7 +284,7 @@ def test_shows_a_progress_bar_on_a_terminal(hills, tmp_path):
         "--out",
         tmp_path,
     ]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=theirs):
+    with Started(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=theirs):
         os.close(theirs)
         seen = b""
         while True:

@@ -19,6 +19,7 @@ from pathgene.host.device.boards import open_board
 from pathgene.host.report.run_files import verify
 from tests.cli.conftest import ROOT
 from tests.support.gateware.chips import SMALL
+from tests.support.host.processes import Started
 from tools.chips import board_url
 
 
@@ -112,7 +113,7 @@ def trial(hills, tmp_path_factory):
 
 
 def started(command, mark, program=PROGRAM, **streams):
-    return subprocess.Popen(
+    return Started(
         [*program, *map(str, command)],
         cwd=ROOT,
         env={**os.environ, MARK: mark},
@@ -162,11 +163,7 @@ def interrupted(command, number, delay_s, *, to_group, program=PROGRAM):
         with started(command, mark, program, stdout=output, stderr=errors) as process:
             time.sleep(delay_s)
             moment = signalled(process, number, output, errors, to_group=to_group)
-            try:
-                status = process.wait(timeout=60)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                raise
+            status = process.wait(timeout=60)
         printed, error = written(output), written(errors)
     deadline = time.monotonic() + 10
     while left := processes(mark):

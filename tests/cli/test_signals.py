@@ -12,6 +12,7 @@ import pytest
 
 from pathgene.host.cli import main
 from pathgene.host.errors import JobError
+from tests.support.host.processes import Started
 
 from .conftest import ENDS, ROOT, is_gone, started, wait_for
 
@@ -122,7 +123,7 @@ def test_a_job_that_fails_by_the_signal_is_an_interrupt(hills, tmp_path, monkeyp
 def test_an_interrupt_while_the_program_is_imported(line):
     """Standard error lists the imports up to then, and has no traceback."""
     command = [sys.executable, "-X", "importtime", "-m", "pathgene", "plan", "--help"]
-    with subprocess.Popen(
+    with Started(
         command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     ) as process:
         assert any(each.rstrip().endswith(f" {line}") for each in process.stderr)

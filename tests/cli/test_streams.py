@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from tests.support.gateware.chips import SMALL
+from tests.support.host.processes import Started
 from tests.unit.mission.autopilot.mavsdk_autopilot import Autopilot
 from tools.chips import board_url
 
@@ -200,7 +201,7 @@ def test_verilog_to_special_files(redirected, pathgene, full):
 def test_a_terrain_to_a_fifo(tmp_path):
     fifo = tmp_path / "grid.npz"
     os.mkfifo(fifo)
-    with subprocess.Popen(
+    with Started(
         [sys.executable, "-m", "pathgene", "terrain", "synth", "river", "--out", fifo],
         cwd=ROOT,
         stdout=subprocess.DEVNULL,
@@ -227,14 +228,9 @@ def stalled(request):
     os.close(writer)
 
 
-@contextlib.contextmanager
 def started(writer, *arguments):
     command = [sys.executable, "-m", "pathgene", *map(str, arguments)]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=writer) as process:
-        try:
-            yield process
-        finally:
-            process.kill()
+    return Started(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=writer)
 
 
 @pytest.mark.ci

@@ -21,6 +21,7 @@ from pathgene.host.errors import JobError
 from pathgene.sim.board.scheme import start_simulated
 from tests.support.gateware.chips import SMALL, Pair
 from tests.support.gateware.fuzz import fuzz_simulated_board
+from tests.support.host.processes import Started
 from tools.chips import board_url
 
 
@@ -179,7 +180,7 @@ def test_ctrl_c_does_not_wait_for_a_stopped_board(tmp_path):
                "100,100,50", "--goal", "1900,1900,50", "--board", board_url("sim", SMALL),
                "--planner", "ga-fpga", "--generations", "1000000",
                "--out", tmp_path / "out"]  # fmt: skip
-    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
+    with Started(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
         while not process.stderr.readline().startswith("generation 0/"):
             assert process.poll() is None
         (simulator,) = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()

@@ -24,6 +24,7 @@ from pathgene.host.device.boards import open_board
 from pathgene.sim import DEFAULT_CONFIG
 from pathgene.sim.model.chip import Chip
 from tests.support.gateware.chips import SMALL
+from tests.support.host.processes import Started
 from tools.chips import board_url
 
 
@@ -194,7 +195,7 @@ def test_plans_with_the_model(planner, config):
 @contextlib.contextmanager
 def served(*command):
     """Serve a board by a command; yield its process and its port."""
-    with subprocess.Popen(
+    with Started(
         [sys.executable, "-m", "pathgene", *command],
         cwd=ROOT,
         stdout=subprocess.PIPE,

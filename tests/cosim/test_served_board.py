@@ -27,6 +27,7 @@ from pathgene.sim.board import SimulatedBoard, build_program
 from pathgene.sim.board.scheme import start_simulated
 from tests.cosim.echo_design import echo_verilog
 from tests.support.gateware.chips import SMALL
+from tests.support.host.processes import Started
 from tools.chips import board_url
 
 
@@ -190,7 +191,7 @@ def test_a_plan_that_loses_its_board_to_another_client_keeps_its_best_path(chip,
     command = [sys.executable, "-m", "pathgene", "plan", "--terrain", terrain, "--agl", "--start",
                "100,100,50", "--goal", "1900,1900,50", "--board", chip.url, "--planner", "ga-fpga",
                "--generations", "1000000", "--out", tmp_path / "out"]  # fmt: skip
-    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
+    with Started(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
         while not process.stderr.readline().startswith("generation 0/"):
             assert process.poll() is None
         process.send_signal(signal.SIGSTOP)
@@ -387,7 +388,7 @@ def test_a_board_that_others_reach_is_announced(where, warning):
         "--board",
         board_url("sim", SMALL),
     ]
-    with subprocess.Popen(
+    with Started(
         [*command, *where], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as server:
         url = server.stdout.readline().strip()

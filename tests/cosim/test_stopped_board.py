@@ -15,6 +15,7 @@ from pathgene.host.device.link import LinkTimeoutError
 from pathgene.host.errors import InputError
 from pathgene.sim.board.scheme import start_simulated
 from tests.support.gateware.chips import CHECKING
+from tests.support.host.processes import Started
 from tools.chips import board_url
 
 
@@ -53,7 +54,7 @@ def test_a_simulator_that_stops_ends_a_plan_with_a_sentence_and_status_1(tmp_pat
                    "100,100,50", "--goal", "1900,1900,50", "--board", f"{board.url}?patience=1",
                    "--planner", "ga-fpga", "--generations", "1000000",
                    "--out", tmp_path / "out"]  # fmt: skip
-        with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
+        with Started(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
             while not process.stderr.readline().startswith("generation 0/"):
                 assert process.poll() is None
             os.kill(board.pid, signal.SIGSTOP)

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.host.processes import Started
+
 
 pytestmark = pytest.mark.long
 
@@ -25,7 +27,7 @@ FEWEST_RESULTS = 100
 
 def dieharder(seed):
     """Return the assessment of every test, by name, tuple size and occurrence."""
-    with subprocess.Popen([*TWIN, str(seed)], stdout=subprocess.PIPE, cwd=ROOT) as twin:
+    with Started([*TWIN, str(seed)], stdout=subprocess.PIPE, cwd=ROOT) as twin:
         report = subprocess.run(
             ["dieharder", "-g", "200", "-a"], stdin=twin.stdout, capture_output=True, check=True
         ).stdout.decode()
@@ -80,7 +82,7 @@ stdin_input_raw|  4.23e+06  |2910847918|
 
 def test_stream_is_fast_enough():
     """The stream delivers at least 100 MB/s; a battery reads about 200 GB."""
-    with subprocess.Popen([*TWIN, "1"], stdout=subprocess.PIPE, cwd=ROOT) as twin:
+    with Started([*TWIN, "1"], stdout=subprocess.PIPE, cwd=ROOT) as twin:
         twin.stdout.read(1 << 20)  # Start-up and compilation.
         start = time.perf_counter()
         size = len(twin.stdout.read(1 << 28))

@@ -11,6 +11,7 @@ import pytest
 
 from pathgene.host import interrupts
 from pathgene.sim.compiler import run_tool
+from tests.support.host.processes import Started
 
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -120,13 +121,14 @@ def test_a_held_signal_arrives_afterwards(number):
 
 def test_children_of_a_held_block_ignore_only_ctrl_c():
     with interrupts.held():
-        child = subprocess.Popen(["sleep", "60"])
-    for number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
-        child.send_signal(number)
-    with pytest.raises(subprocess.TimeoutExpired):
-        child.wait(0.2)
-    child.terminate()
-    assert child.wait(10) == -signal.SIGTERM
+        child = Started(["sleep", "60"])
+    with child:
+        for number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
+            child.send_signal(number)
+        with pytest.raises(subprocess.TimeoutExpired):
+            child.wait(0.2)
+        child.terminate()
+        assert child.wait(10) == -signal.SIGTERM
 
 
 def test_an_interrupted_tool_leaves_no_process(tmp_path):

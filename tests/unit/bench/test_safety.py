@@ -1,5 +1,6 @@
 """Rows and tables of the safety benchmark, and runs that end early and continue."""
 
+import contextlib
 import json
 import os
 import signal
@@ -15,6 +16,7 @@ from bench.safety import CLEARANCES, Row, _report, rows, run
 from bench.scenarios import names
 from pathgene.host.errors import InputError
 from pathgene.host.planners import PLANNERS
+from tests.support.host.processes import Started
 
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -99,17 +101,17 @@ def start(tmp_path):
         "<!-- tables of BENCH=safety -->\n<!-- end of BENCH=safety -->\n"
     )
 
-    def start():
-        return subprocess.Popen(
-            [sys.executable, "-c", SCRIPT],
-            cwd=tmp_path,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
+    with contextlib.ExitStack() as blocks:
+        yield lambda: blocks.enter_context(
+            Started(
+                [sys.executable, "-c", SCRIPT],
+                cwd=tmp_path,
+                env={**os.environ, "PYTHONPATH": str(ROOT)},
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
         )
-
-    return start
 
 
 @pytest.mark.ci  # Starts processes that compile.

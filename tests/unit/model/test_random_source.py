@@ -14,6 +14,7 @@ from pathgene.hdl.protocol.random_words import LANES, WARM_UP_STEPS, WORD_BITS
 from pathgene.sim.model.planner.random_words import draw, field, source, step
 from pathgene.sim.model.random_source import RandomSource, Trivium
 from pathgene.sim.model.random_stream import RandomStream, main
+from tests.support.host.processes import Started
 
 
 ROOT = Path(__file__).parents[3]
@@ -136,7 +137,7 @@ def test_stream_matches_source(seed, blocks):
 
 def test_stream_writes_the_words_in_port_order():
     size = 3 << 18
-    with subprocess.Popen(
+    with Started(
         [sys.executable, "-m", "pathgene.sim.model.random_stream", "--seed", "123"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

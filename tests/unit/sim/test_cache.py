@@ -1,3 +1,4 @@
+import contextlib
 import errno
 import fcntl
 import logging
@@ -14,6 +15,7 @@ from pathgene.host.errors import JobError
 from pathgene.host.files.disk import using
 from pathgene.sim.cache import BuildCache, build_root, digest
 from pathgene.sim.exported import cached_verilog
+from tests.support.host.processes import Started
 from tools.faults.disk import FaultyDisk, Killed
 
 
@@ -76,8 +78,12 @@ print((BuildCache(Path(sys.argv[1])).get("key", build) / "whole").read_text())
 
 def test_processes_share_one_build(tmp_path):
     command = [sys.executable, "-c", BUILDER, str(tmp_path / "builds"), str(tmp_path / "count")]
-    running = [subprocess.Popen(command, stdout=subprocess.PIPE, cwd=ROOT) for _ in range(3)]
-    assert [process.communicate()[0] for process in running] == [b"yes\n"] * 3
+    with contextlib.ExitStack() as blocks:
+        running = [
+            blocks.enter_context(Started(command, stdout=subprocess.PIPE, cwd=ROOT))
+            for _ in range(3)
+        ]
+        assert [process.communicate()[0] for process in running] == [b"yes\n"] * 3
     assert (tmp_path / "count").read_text() == "built\n"
 
 
@@ -241,7 +247,7 @@ BuildCache(Path(sys.argv[1])).get("key", build)
 
 
 def test_sigkill_of_a_builder_ends_its_tools_and_the_next_build_removes_its_folder(tmp_path):
-    with subprocess.Popen([sys.executable, "-c", COMPILING, str(tmp_path)], cwd=ROOT) as process:
+    with Started([sys.executable, "-c", COMPILING, str(tmp_path)], cwd=ROOT) as process:
         deadline = time.monotonic() + 60
         while not (found := list(tmp_path.glob("key.*/pids"))):
             assert time.monotonic() < deadline

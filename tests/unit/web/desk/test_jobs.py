@@ -17,6 +17,7 @@ from pathgene.host.report.read import read_run
 from pathgene.host.report.run_files import PICTURE, SUMMARY, verify
 from pathgene.host.web.desk.jobs import Jobs
 from pathgene.host.web.desk.saving import PROBLEM, files_of, saved_plans
+from tests.support.host.processes import Started
 
 
 CANYON = {
@@ -159,10 +160,9 @@ def test_a_desk_that_is_killed_leaves_no_process_and_loses_no_plan(tmp_path):
     script = tmp_path / "desk.py"
     script.write_text(KILLED)
     folder = tmp_path / "out"
-    desk = subprocess.Popen([sys.executable, script, folder], stdout=subprocess.PIPE, text=True)
-    pid = int(desk.stdout.readline())
-    desk.kill()
-    desk.wait()
+    with Started([sys.executable, script, folder], stdout=subprocess.PIPE, text=True) as desk:
+        pid = int(desk.stdout.readline())
+        desk.kill()
     until(lambda: not Path(f"/proc/{pid}").exists())
     (name,) = saved_plans(folder)
     assert read_run(folder / name / SUMMARY).summary["interrupted"]

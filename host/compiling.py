@@ -1,49 +1,59 @@
-"""First compilation of the evaluation's kernels, in a process of its own.
+"""First compilation of kernels, in a process of its own.
 
-``python -m pathgene.host.compiling rules|paper PARENT`` compiles the kernels that every evaluation
-needs and leaves them in numba's cache. A compilation in the process of a command would delay its
-signals by up to a minute, since it cannot be interrupted.
+A compilation in the process of a command would delay its signals by up to a minute, since it cannot
+be interrupted. The helper, ``python -m pathgene.host.compiling PARENT``, compiles the kernels that
+a command misses and leaves them in numba's cache. A request is the name of a function and its
+arguments, pickled; the reply is one byte.
 """
 
 from __future__ import annotations
 
+import contextlib
+import importlib
+import operator
 import os
+import pickle
+import select
 import subprocess
 import sys
 import threading
 import time
 from pathlib import Path
+from typing import Any
+
+from pathgene.host import interrupts
+from pathgene.jit import compile_by
 
 
-__all__ = ["compile_evaluation", "compile_first"]
+__all__ = ["compile_apart", "compile_evaluation", "compile_first", "end"]
 
-_LOOK_S = 0.5
+# Period at which the helper looks for its parent, and a thread for a signal.
+_LOOK_S = 0.2
+# A thread waits after a signal for as long as a search that does not respond.
+_GRACE_S = 1.0
+
+
+def compile_apart() -> None:
+    """Compile the kernels that this process misses in another process, until :func:`end`.
+
+    A signal ends the wait for a kernel and that process. If the process fails, the kernel is
+    compiled here.
+    """
+    compile_by(lambda module, name, types: _HELPER.call(module, f"{name}.compile", types))
 
 
 def compile_first(*, as_paper: bool) -> None:
-    """Compile the kernels of the evaluation in another process, and wait for its end.
-
-    A signal ends the wait and that process. If the process fails, the kernels are compiled when
-    they are needed.
-    """
-    rules = "paper" if as_paper else "rules"
-    folder = str(Path(__file__).absolute().parents[2])
-    path = os.pathsep.join(filter(None, (folder, os.environ.get("PYTHONPATH"))))
-    with subprocess.Popen(
-        [sys.executable, "-m", "pathgene.host.compiling", rules, str(os.getpid())],
-        env={**os.environ, "PYTHONPATH": path},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    ) as process:
-        try:
-            process.wait()
-        finally:
-            process.kill()
+    """Compile the kernels of the evaluation in the other process, and wait for its end."""
+    _HELPER.call("pathgene.host.compiling", "compile_evaluation", as_paper)
 
 
-def compile_evaluation(*, as_paper: bool) -> None:
+def end() -> None:
+    """End the other process, if it runs, and compile the kernels here from now on."""
+    compile_by(None)
+    _HELPER.end()
+
+
+def compile_evaluation(as_paper: bool) -> None:
     """Evaluate two small problems, one with zones and one without, as a search and a report do."""
     import numpy as np
 
@@ -69,6 +79,78 @@ def compile_evaluation(*, as_paper: bool) -> None:
             evaluator.lowest_at_m(path)
 
 
+class _Helper:
+    """The other process, which starts with its first request."""
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        self._lock = threading.Lock()
+
+    def call(self, module: str, name: str, *arguments: Any) -> None:
+        """Call a function there, and wait for its end; an error there has no effect here."""
+        try:
+            request = pickle.dumps((module, name, arguments))
+        except Exception:  # Which error pickle raises depends on the type.
+            return
+        with self._lock:
+            try:
+                if not self._replied(request):
+                    self.end()
+            except BaseException:
+                self.end()
+                raise
+
+    def end(self) -> None:
+        """Kill the process, if there is one."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            with process:  # Closes its pipes.
+                process.wait()
+
+    def _replied(self, request: bytes) -> bool:
+        """Send a request, and return whether a reply came."""
+        if self._process is None:
+            self._process = _started()
+        requests, replies = self._process.stdin, self._process.stdout
+        assert requests is not None
+        assert replies is not None
+        try:
+            requests.write(request)
+        except OSError:
+            return False
+        if threading.current_thread() is not threading.main_thread():
+            _wait_in_thread(replies.fileno())
+        return bool(replies.read(1))
+
+
+_HELPER = _Helper()
+
+
+def _started() -> subprocess.Popen[bytes]:
+    folder = str(Path(__file__).absolute().parents[2])
+    path = os.pathsep.join(filter(None, (folder, os.environ.get("PYTHONPATH"))))
+    return subprocess.Popen(
+        [sys.executable, "-m", "pathgene.host.compiling", str(os.getpid())],
+        env={**os.environ, "PYTHONPATH": path},
+        bufsize=0,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+
+
+def _wait_in_thread(replies: int) -> None:
+    """Wait until there is a reply; a signal, which interrupts only the main thread, ends it."""
+    signalled_s = None
+    while not select.select([replies], [], [], _LOOK_S)[0]:
+        if signalled_s is None and interrupts.status(default=0):
+            signalled_s = time.monotonic()
+        if signalled_s is not None and time.monotonic() > signalled_s + _GRACE_S:
+            raise KeyboardInterrupt
+
+
 def _end_with(parent: int) -> None:
     """End this process when its parent has ended without ending it."""
     while os.getppid() == parent:
@@ -76,6 +158,18 @@ def _end_with(parent: int) -> None:
     os._exit(1)
 
 
+def _serve() -> None:
+    """Call functions until the parent closes the requests."""
+    replies = os.dup(1)
+    os.dup2(2, 1)  # Nothing else is a reply.
+    while True:
+        module, name, arguments = pickle.load(sys.stdin.buffer)
+        with contextlib.suppress(Exception):  # The parent meets the error again, and reports it.
+            operator.attrgetter(name)(importlib.import_module(module))(*arguments)
+        os.write(replies, b".")
+
+
 if __name__ == "__main__":
-    threading.Thread(target=_end_with, args=(int(sys.argv[2]),), daemon=True).start()
-    compile_evaluation(as_paper=sys.argv[1] == "paper")
+    threading.Thread(target=_end_with, args=(int(sys.argv[1]),), daemon=True).start()
+    with contextlib.suppress(EOFError):
+        _serve()

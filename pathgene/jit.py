@@ -17,10 +17,32 @@ from numba import njit
 from numba.core.caching import IndexDataCacheFile
 
 
-__all__ = ["Compiler", "source_stamp"]
+__all__ = ["Compiler", "compile_by", "source_stamp"]
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
+# Compiles the kernel of a module, by its name, for the types of its arguments.
+_Elsewhere = Callable[[str, str, Any], None]
 _LOG = logging.getLogger("pathgene.kernels")
+
+
+class _By:
+    """Where kernels are compiled: by a function, or here if it is None."""
+
+    elsewhere: _Elsewhere | None = None
+
+
+def compile_by(elsewhere: _Elsewhere | None) -> None:
+    """Let ``elsewhere`` compile kernels that are not on disk, as in another process.
+
+    It leaves the kernel on disk. A kernel that it does not leave there is compiled here.
+
+    Parameters
+    ----------
+    elsewhere : callable or None
+        Receives the name of a kernel's module, the kernel's name there, and its types of
+        arguments. None compiles all kernels here.
+    """
+    _By.elsewhere = elsewhere
 
 
 class Compiler:
@@ -72,7 +94,10 @@ class Compiler:
         if kept is not None:
             beside = Path(inspect.getfile(function)).resolve().parent
             stamp = source_stamp((beside, *self._folders))
-            kept = _CheckedFiles(kept._cache_path, kept._index_name.removesuffix(".nbi"), stamp)
+            place = function.__module__, function.__qualname__
+            kept = _CheckedFiles(
+                kept._cache_path, kept._index_name.removesuffix(".nbi"), stamp, place
+            )
             dispatcher._cache._cache_file = kept
             # The stamp is also part of the version, which is read first: a cache of other sources
             # may contain objects of classes that no longer exist and must not be read.
@@ -85,7 +110,16 @@ class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]  # numba has no t
 
     numba itself would fail at a truncated file every time, and would run the code of an altered
     file.
+
+    Parameters
+    ----------
+    place : tuple of str
+        Module and name of the kernel.
     """
+
+    def __init__(self, path: str, name: str, stamp: str, place: tuple[str, str]) -> None:
+        super().__init__(path, name, stamp)
+        self._place = place
 
     def save(self, key: Any, data: Any) -> None:
         """Save a kernel; if the disk refuses it, only time is lost."""
@@ -106,7 +140,16 @@ class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]  # numba has no t
         return pickle.loads(dumped)
 
     def load(self, key: Any) -> Any:
-        """Return a saved kernel, or None."""
+        """Return a saved kernel, after its compilation elsewhere if there is one, or None."""
+        found = self._loaded(key)
+        module, name = self._place
+        # A function of a function, or of the program's main file, cannot be found by its name.
+        if found is None and _By.elsewhere and name.isidentifier() and module != "__main__":
+            _By.elsewhere(module, name, key[0])
+            found = self._loaded(key)
+        return found
+
+    def _loaded(self, key: Any) -> Any:
         try:
             return super().load(key)
         except Exception as error:

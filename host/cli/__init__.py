@@ -44,7 +44,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         logging.getLogger("pathgene").setLevel(logging.INFO)
         # The exception repeats GDAL's message about a damaged file, and becomes a sentence.
         logging.getLogger("rasterio").setLevel(logging.CRITICAL)
-        return _run(arguments, debug)
+        try:
+            return _run(arguments, debug)
+        finally:
+            # Loaded only by a command that needs kernels.
+            if (compiling := sys.modules.get("pathgene.host.compiling")) is not None:
+                compiling.end()
 
 
 def _run(arguments: list[str], debug: bool) -> int:

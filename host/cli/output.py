@@ -177,9 +177,10 @@ def _shown(value: float | None, form: str, unit: str = "") -> str:
 def note_compiling(*, as_paper: bool) -> None:
     """Compile the kernels of the evaluation, with a note, unless numba has cached them."""
     # Loads numba; bad input must not wait for it.
-    from pathgene.host.compiling import compile_first
+    from pathgene.host.compiling import compile_apart, compile_first
     from pathgene.host.evaluation import kernels, rule_kernels
 
+    compile_apart()
     # The outermost kernel of every evaluation.
     if _note(kernels.path_terms if as_paper else rule_kernels.strict_terms, "about a minute"):
         compile_first(as_paper=as_paper)
@@ -188,7 +189,9 @@ def note_compiling(*, as_paper: bool) -> None:
 def note_compiling_routes() -> None:
     """Note the same for the kernels of ``pathgene auv``."""
     from pathgene.host.auv import measures
+    from pathgene.host.compiling import compile_apart
 
+    compile_apart()
     _note(measures.measure, "some ten seconds")
 
 

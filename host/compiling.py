@@ -34,21 +34,20 @@ _GRACE_S = 1.0
 
 
 def compile_apart() -> None:
-    """Compile the kernels that this process misses in another process, until :func:`end`.
+    """Let a helper compile the kernels that this process misses, until :func:`end`.
 
-    A signal ends the wait for a kernel and that process. If the process fails, the kernel is
-    compiled here.
+    A signal ends the helper and the wait for it. If the helper fails, the kernel is compiled here.
     """
     compile_by(lambda module, name, types: _HELPER.call(module, f"{name}.compile", types))
 
 
 def compile_first(*, as_paper: bool) -> None:
-    """Compile the kernels of the evaluation in the other process, and wait for its end."""
+    """Let the helper compile the kernels of the evaluation, and wait for it."""
     _HELPER.call("pathgene.host.compiling", "compile_evaluation", as_paper)
 
 
 def end() -> None:
-    """End the other process, if it runs, and compile the kernels here from now on."""
+    """End the helper, if it runs, and compile the kernels here from now on."""
     compile_by(None)
     _HELPER.end()
 
@@ -80,7 +79,7 @@ def compile_evaluation(as_paper: bool) -> None:
 
 
 class _Helper:
-    """The other process, which starts with its first request."""
+    """The helper, which starts with its first request."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None

@@ -12,6 +12,7 @@ from pathgene.host.cli.output import note_compiling
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.problem.problem import Problem
 from pathgene.host.terrain import Terrain
+from tests.support.host.processes import Started
 
 
 ENDS = (500.0, 500.0, 250.0), (2500.0, 2500.0, 250.0)
@@ -29,7 +30,7 @@ def script(tmp_path):
     def start(kernels, off="0"):
         script = f"from pathgene.host.cli.output import *; {SCRIPTS[kernels]}"
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": off}
-        return subprocess.Popen(
+        return Started(
             [sys.executable, "-c", script],
             env=environment,
             stdout=subprocess.PIPE,

@@ -22,7 +22,7 @@ from pathgene.host.evaluation.jit import compiled
 def kernel_apart(x):
     return 3 * x
 """
-# Waits for the other process, which sleeps, in the main thread or another one.
+# Waits for the helper, which sleeps, in the main thread or in another.
 WAITING = """
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -64,7 +64,7 @@ def test_a_kernel_is_compiled_apart(kernel):
     compiling.compile_apart()
     assert kernel(2) == 6
     assert counts(kernel) == (1, 0)
-    # The same process compiles for other types.
+    # The same helper compiles for another type.
     helper = compiling._HELPER._process
     assert kernel(0.5) == 1.5
     assert counts(kernel) == (2, 0)
@@ -73,7 +73,7 @@ def test_a_kernel_is_compiled_apart(kernel):
     assert helper.returncode is not None
 
 
-def test_a_kernel_that_the_other_process_does_not_find_is_compiled_here(kernel, monkeypatch):
+def test_a_kernel_that_the_helper_does_not_find_is_compiled_here(kernel, monkeypatch):
     monkeypatch.delenv("PYTHONPATH")
     compiling.compile_apart()
     assert kernel(2) == 6
@@ -81,7 +81,7 @@ def test_a_kernel_that_the_other_process_does_not_find_is_compiled_here(kernel, 
 
 
 @pytest.mark.ci
-def test_a_kernel_is_compiled_here_if_the_other_process_dies(kernel):
+def test_a_kernel_is_compiled_here_if_the_helper_dies(kernel):
     compiling.compile_apart()
     compiling._HELPER.call("os", "_exit", 1)
     compiling._HELPER.call("time", "sleep", 0)  # Starts it again.

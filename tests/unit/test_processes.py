@@ -65,7 +65,7 @@ def test_a_machine_is_not_faster_than_its_processor():
     assert slowdown() >= 1
 
 
-def starts(text):
+def popen_lines(text):
     """Return the lines with calls of ``Popen``, which waits for ever after a failure."""
     return [
         node.lineno
@@ -77,9 +77,9 @@ def starts(text):
 
 def test_tests_start_all_processes_that_way():
     texts = {path: path.read_text() for path in TESTS.rglob("*.py")}
-    assert [path for path, text in texts.items() if "Popen(" in text and starts(text)] == []
+    assert [path for path, text in texts.items() if "Popen(" in text and popen_lines(text)] == []
 
 
 def test_other_processes_are_found():
     code = "with subprocess.Popen(command) as process:\n    Popen(command)\nStarted(command)\n"
-    assert starts(code) == [1, 2]
+    assert popen_lines(code) == [1, 2]

@@ -1,9 +1,11 @@
 """Who is let in at the desk: pages of other origins are not, and one client shuts out no other."""
 
-import contextlib
+import http.client
 import re
+import resource
 import urllib.parse
 import urllib.request
+from pathlib import Path
 
 import pytest
 
@@ -14,13 +16,22 @@ FOREIGN = ("http://evil.example", "http://127.0.0.1:1", "http://localhost", "nul
 
 
 @pytest.fixture(scope="module")
-def desk(tmp_path_factory):
-    """Address, port and cookie of a desk."""
+def server(tmp_path_factory):
+    """A desk that writes nothing about its requests; its process and its address."""
     process, address = served(tmp_path_factory.mktemp("desk"))
-    with contextlib.ExitStack() as stack:
-        stack.callback(ended, process)
-        port, token = re.search(r":(\d+)/\?token=(.*)", address).groups()
-        yield address, port, f"pathgene-desk-{port}={token}"
+    try:
+        yield process, address
+    finally:
+        _, errors = ended(process)
+    assert errors == "pathgene: Serving until Ctrl-C.\n"
+
+
+@pytest.fixture
+def desk(server):
+    """Address, port and cookie of a desk."""
+    _, address = server
+    port, token = re.search(r":(\d+)/\?token=(.*)", address).groups()
+    return address, port, f"pathgene-desk-{port}={token}"
 
 
 def polled(port, cookie, *, sid="", body=None, origin="", **query):
@@ -96,3 +107,27 @@ def test_the_tabs_of_a_browser_are_its_own_limit(desk):
     one, other = (f"{cookie}; pathgene-desk-{port}-browser={name}" for name in "ab")
     assert [opened(port, one) for _ in range(34)] == [True] * 32 + [False] * 2
     assert opened(port, other)
+
+
+def memory_bytes(process):
+    """Return the memory of a process that is its own."""
+    pages = Path(f"/proc/{process.pid}/statm").read_text().split()[1]
+    return int(pages) * resource.getpagesize()
+
+
+def test_missing_pages_are_refused_in_a_line_and_kept_nowhere(server, desk):
+    """A flood of them fills no memory, and the desk answers others meanwhile."""
+    _, port, cookie = desk
+    client = http.client.HTTPConnection("127.0.0.1", int(port), timeout=60)
+    sizes = []
+    for number in range(600):
+        client.request("GET", f"/missing/{number}", headers={"Cookie": cookie})
+        reply = client.getresponse()
+        text = reply.read()
+        assert (reply.status, reply.getheader("Content-Type")) == (404, "text/plain; charset=utf-8")
+        assert text == b"No such page; the desk has one, at /.\n"
+        if number % 300 == 299:
+            sizes.append(memory_bytes(server[0]))
+            assert opened(port, f"{cookie}; pathgene-desk-{port}-browser=somebody")
+    client.close()
+    assert sizes[1] - sizes[0] < 5e6

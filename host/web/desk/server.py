@@ -15,6 +15,7 @@ import uvicorn
 from fastapi import FastAPI, Request, Response
 from fastapi.responses import FileResponse, PlainTextResponse
 from nicegui import Client, core, ui
+from nicegui import app as pages
 
 from pathgene.host import interrupts
 from pathgene.host.errors import InputError
@@ -134,6 +135,11 @@ def _application(desk: Desk, address: str) -> FastAPI:
         if file is None:
             return PlainTextResponse("No such file.", 404)
         return FileResponse(file, filename=name)
+
+    # NiceGUI would build a page for each request, and keep it for a minute.
+    @pages.exception_handler(404)
+    async def missing(_request: Request, _error: Exception) -> Response:
+        return PlainTextResponse("No such page; the desk has one, at /.\n", 404)
 
     tabs = Tabs()
 

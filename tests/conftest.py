@@ -25,6 +25,10 @@ for _number in (signal.SIGQUIT, signal.SIGHUP):
     signal.signal(_number, signal.SIG_DFL)
 
 
+# Elaboration makes millions of objects, and nearly all die without the collector.
+gc.set_threshold(20_000, 20, 20)
+
+
 def pytest_sessionstart(session):
     """Let workers begin with different kernels, so that few are compiled twice."""
     worker = getattr(session.config, "workerinput", None)

@@ -2,6 +2,7 @@
 
 from functools import partial
 
+from pathgene.hdl.command.layouts import AnswerKind
 from pathgene.hdl.command.receiver import CommandReceiver
 from pathgene.hdl.config import CheckerBuild
 from pathgene.hdl.protocol.codes import Command, Status, StickyError
@@ -51,7 +52,7 @@ class Chip:
         self.stops = 0
         self.forgotten = 0
         self.cycles = 0  # Maximum cycles from a last byte to done.
-        self.outcomes = []
+        self.outcomes, self.recorded = [], []
 
     def run(self, bodies, line_errors=(), states=None):
         """Take all bodies; ``states`` has ``has_problem`` and ``has_population`` of each."""
@@ -141,6 +142,7 @@ class Chip:
             StickyError(ctx.get(unit.errors)),
             ctx.get(unit.session),
         )
+        self.recorded.append(self.errors)
 
 
 def after_open(*commands):
@@ -149,3 +151,28 @@ def after_open(*commands):
     for sequence, (code, payload) in enumerate(commands):
         bodies.append((bytes((1, sequence, code)) + payload, 0))
     return bodies
+
+
+def refuse(config, rows):
+    """Send refused requests to one receiver; return its bench.
+
+    A refusal is answered and recorded, and uses no sequence number. STATUS shows this, and CLEAR
+    clears the record for the next.
+    """
+    chip, bodies, expected = Chip(config=config), [(bytes((1, 9, Command.OPEN)), 0)], []
+    for number, (code, payload, status) in enumerate(rows):
+        first, second = 2 * number, 2 * number + 1
+        bodies.append((bytes((1, first, code)) + payload, 0))
+        bodies.append((bytes((1, first, Command.STATUS)), 0))
+        bodies.append((bytes((1, second, Command.CLEAR)), 0))
+        expected += [
+            ((status, AnswerKind.EMPTY, first, 0), StickyError.REFUSED),
+            ((Status.OK, AnswerKind.STATUS, first, 0), StickyError.REFUSED),
+            ((Status.OK, AnswerKind.EMPTY, second, 0), StickyError(0)),
+        ]
+    chip.run(bodies)
+    found = list(zip(chip.outcomes, chip.recorded, strict=True))[1:]
+    for number, row in enumerate(rows):
+        here = slice(3 * number, 3 * number + 3)
+        assert found[here] == expected[here], row
+    return chip

@@ -17,6 +17,7 @@ from tests.unit.command.receiver_bench import (
     check,
     check_paths,
     generate,
+    refuse,
 )
 
 
@@ -86,17 +87,8 @@ def test_cycles():
     assert chip.cycles == 6
 
 
-@pytest.mark.parametrize(("code", "payload", "status"), refusals(CONFIG, ORDER))
-def test_refused(code, payload, status):
-    """A refusal is answered and recorded, and uses no sequence number."""
-    chip = Chip()
-    bodies = after_open((code, payload))
-    bodies.append((bytes((1, 0, Command.STATUS)), 0))
-    _, refused, status_read = chip.run(bodies)
-    assert refused == (status, AnswerKind.EMPTY, 0, 0)
-    assert status_read == (Status.OK, AnswerKind.STATUS, 0, 0)
-    assert chip.errors == StickyError.REFUSED
-    assert chip.start_requests == []
+def test_refused():
+    assert refuse(CONFIG, refusals(CONFIG, ORDER)).start_requests == []
 
 
 def test_order_of_commands():

@@ -3,7 +3,7 @@
 import pytest
 
 from pathgene.hdl.command.layouts import AnswerKind
-from pathgene.hdl.protocol.codes import CheckFlag, Command, Status, StickyError
+from pathgene.hdl.protocol.codes import CheckFlag, Command, Status
 from pathgene.hdl.protocol.messages import results_request
 from tests.support.gateware.refusals import check_refusals
 from tests.unit.command.receiver_bench import (
@@ -15,6 +15,7 @@ from tests.unit.command.receiver_bench import (
     check,
     check_paths,
     rectangle,
+    refuse,
     start,
 )
 
@@ -76,23 +77,13 @@ def test_repeated_checks_change_nothing():
     assert (len(chip.cells), len(chip.points)) == (1, 2)
 
 
-@pytest.mark.parametrize(
-    ("code", "payload", "status"),
-    [
-        *check_refusals(CONFIG),
-        # Cells of the rectangle may have changed.
+def test_refused_of_the_checker():
+    # Cells of the rectangle may have changed.
+    rows = [
         (Command.MAP, rectangle(0, 0, 4, 4, range(13)), Status.BAD_LENGTH),
         (Command.MAP, rectangle(0, 0, 4, 1, range(6)), Status.BAD_LENGTH),
-    ],
-)
-def test_refused_of_the_checker(code, payload, status):
-    chip = Chip(config=CHECKING)
-    bodies = after_open((code, payload))
-    bodies.append((bytes((1, 0, Command.STATUS)), 0))
-    _, refused, status_read = chip.run(bodies)
-    assert refused == (status, AnswerKind.EMPTY, 0, 0)
-    assert status_read == (Status.OK, AnswerKind.STATUS, 0, 0)
-    assert chip.errors == StickyError.REFUSED
+    ]
+    chip = refuse(CHECKING, [*check_refusals(CONFIG), *rows])
     assert chip.start_requests == []
     assert not any(checks["check"] for checks in chip.checks)
 

@@ -112,7 +112,7 @@ def _slopes_allowed(problem: Problem, ways: Floats, arcs: Sequence[Arc]) -> tupl
 
     All directions are passed at once, because each call in wind solves for the slopes by bisection.
     """
-    turns = [np.array([direction[:2] for direction in arc.directions()]) for arc in arcs]
+    turns = [_fastest_directions(arc, problem.frame_wind) for arc in arcs]
     limits = problem.slope_limits(*np.concatenate((ways, *turns)).T)
     firsts = len(ways) + np.cumsum([0, *map(len, turns)])[:-1]
     climb, descent = (
@@ -122,6 +122,20 @@ def _slopes_allowed(problem: Problem, ways: Floats, arcs: Sequence[Arc]) -> tupl
         for limit in limits
     )
     return climb, descent
+
+
+def _fastest_directions(arc: Arc, wind: tuple[float, float]) -> Floats:
+    """Return the directions of an arc in which the wind may help most, (2 or 3, 2).
+
+    They are both ends and, if the arc passes it, the direction of the wind.
+    """
+    first = math.atan2(arc.heading[1], arc.heading[0])
+    angles = [first, first + arc.turn_rad]
+    side = math.copysign(1.0, arc.turn_rad)
+    downwind = (side * (math.atan2(wind[1], wind[0]) - first)) % (2 * math.pi)
+    if downwind < abs(arc.turn_rad):
+        angles.append(first + side * downwind)
+    return np.column_stack((np.cos(angles), np.sin(angles)))
 
 
 def _between(at: float, count: int) -> Floats:

@@ -147,3 +147,26 @@ def test_clears_a_wall_too_steep_to_climb():
     slopes = np.diff(path[:, 2]) / np.hypot(*np.diff(path[:, :2], axis=0).T)
     run = 1000 - 300 - 50
     assert slopes[0] < 1.3 * (700 - problem.start[2]) / math.hypot(run, run)
+
+
+@pytest.mark.parametrize(
+    ("wind_deg", "inner", "goal_m"),
+    [
+        (0, [(500, 2400), (3000, 2400)], 830),
+        (45, [(2900, 1200), (3100, 2500)], 930),
+        (90, [(500, 2400), (3000, 2400)], 920),
+        (315, [(2900, 1200), (3100, 2500)], 1010),
+    ],
+)
+def test_an_arc_in_wind_keeps_the_climb_limit_at_its_ends(wind_deg, inner, goal_m):
+    """All of the path climbs nearly as steeply as the wind along each piece allows."""
+    terrain = Terrain("flat", np.zeros((61, 61)), 100.0, 100.0)
+    angle = math.radians(wind_deg)
+    problem = Problem(
+        terrain,
+        (500, 900, 60),
+        (3000, 5500, goal_m),
+        aircraft.load("silver-fox"),
+        wind=(8 * math.sin(angle), 8 * math.cos(angle)),
+    )
+    assert Evaluator(problem, threads=1).evaluate(lowest(problem, inner)).feasible

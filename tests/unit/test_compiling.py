@@ -6,11 +6,13 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from pathgene.host import compiling
+from pathgene.jit import compile_by
 from tests.support.host.processes import Started, slowdown
 
 
@@ -78,6 +80,18 @@ def test_a_kernel_that_the_helper_does_not_find_is_compiled_here(kernel, monkeyp
     compiling.compile_apart()
     assert kernel(2) == 6
     assert counts(kernel) == (0, 1)
+
+
+def test_an_interrupt_of_the_wait_leaves_the_compiler_free(kernel):
+    def interrupted(*request):
+        raise KeyboardInterrupt
+
+    compile_by(interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        kernel(2)
+    compile_by(None)
+    with ThreadPoolExecutor(1) as pool:
+        assert pool.submit(kernel, 2).result(timeout=60) == 6
 
 
 @pytest.mark.ci

@@ -54,17 +54,11 @@ def test_notes_the_first_compilation(script, kernels):
         process.send_signal(signal.SIGINT)
 
 
-@pytest.mark.parametrize(
-    "kernels",
-    [
-        pytest.param("as paper", marks=pytest.mark.ci),
-        pytest.param("by the rules", marks=pytest.mark.long),
-    ],
-)
-def test_the_first_compilation_keeps_the_kernels(script, kernels):
+@pytest.mark.ci
+def test_the_first_compilation_keeps_the_kernels(script):
     """The note is all that is written, and a second start writes nothing."""
-    for expected in (note(kernels), ""):
-        with script(kernels) as process:
+    for expected in (note("as paper"), ""):
+        with script("as paper") as process:
             assert process.communicate() == ("", expected)
         assert process.returncode == 0
 

@@ -4,11 +4,13 @@ import json
 import os
 import re
 import signal
+from functools import partial
 from importlib import metadata
 
 import pytest
 
 from pathgene.host.cli import main
+from pathgene.host.mission.autopilot import mavlink_link
 from tests.cli.conftest import WALL, last_line, plan
 from tests.support.host.earth import single
 from tests.unit.mission.autopilot.mavsdk_autopilot import Autopilot, Proxy, free_port
@@ -112,12 +114,16 @@ def test_plan_states_the_verdict_in_its_file(flown, hills, tmp_path):
 
 
 @pytest.mark.ci
-def test_a_broken_connection_is_one_sentence_and_the_next_upload_succeeds(flown, autopilot, capsys):
+def test_a_broken_connection_is_one_sentence_and_the_next_upload_succeeds(
+    flown, autopilot, capsys, monkeypatch
+):
     assert main(["upload", str(flown / "path.plan"), "--to", autopilot.address]) == 0
     items = len(json.loads((flown / "path.plan").read_text())["mission"]["items"])
     # Heartbeat, both lists, the new fence and its verification; then the mission begins.
     proxy = Proxy(autopilot.port, 1 + 2 + 1 + items + 2 + 2 + items // 2)
-    assert main(["upload", str(flown / "path.plan"), "--to", proxy.address]) == 1
+    with monkeypatch.context() as patience:
+        patience.setattr(mavlink_link, "open_link", partial(mavlink_link.open_link, answer_s=0.5))
+        assert main(["upload", str(flown / "path.plan"), "--to", proxy.address]) == 1
     proxy.close()
     captured = capsys.readouterr()
     assert captured.out.count("read back equal") == 2  # Only the first upload.

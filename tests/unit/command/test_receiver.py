@@ -177,10 +177,28 @@ def test_line_errors_stick_until_cleared():
 
 
 def test_sequence_numbers_wrap():
-    bodies = after_open(*[(Command.STATUS, b"")] * 256)
-    outcomes = Chip().run([*bodies, (bytes((1, 0, Command.STATUS)), 0)])
+    """Each command is executed: the answer alone does not tell it from a repetition."""
+    bodies = after_open(*[(Command.START, GOOD_START)] * 256)
+    chip = Chip()
+    outcomes = chip.run([*bodies, (bytes((1, 0, Command.START)) + GOOD_START, 0)])
     assert [outcome[2] for outcome in outcomes[1:]] == [*range(256), 0]
     assert {outcome[0] for outcome in outcomes} == {Status.OK}
+    assert len(chip.start_requests) == 257
+
+
+def test_sessions_begin_with_the_number_0():
+    """After a reset and after each OPEN, the command with this number is no repetition."""
+    chip = Chip()
+    start = bytes((Command.START,)) + GOOD_START
+    bodies = [b"\0\0" + start, b"\0\1" + start, bytes((1, 7, Command.OPEN)), b"\1\0" + start]
+    outcomes = chip.run([(body, 0) for body in bodies])
+    assert [(status, number) for status, _, number, _ in outcomes] == [
+        (Status.OK, 0),
+        (Status.OK, 1),
+        (Status.OK, 7),
+        (Status.OK, 0),
+    ]
+    assert len(chip.start_requests) == 3
 
 
 def test_a_request_of_the_ranking_has_nine_bytes():

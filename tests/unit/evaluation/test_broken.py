@@ -55,6 +55,9 @@ def test_ceilings_are_exact(make_problem):
     problem = make_problem(START, GOAL, rules=Rules(ceiling_m=400))
     half = np.hypot(2000, 200)
     assert broken(problem, path) == [("ceiling", (half / 2, 1.5 * half))]
+    low = dataclasses.replace(aircraft.load("silver-fox"), service_ceiling_m=400)
+    problem = make_problem(START, GOAL, aircraft=low, rules=Rules())
+    assert broken(problem, path) == [("service-ceiling", (half / 2, 1.5 * half))]
 
 
 def test_slopes_are_named_by_their_direction(make_problem):

@@ -84,6 +84,15 @@ def test_a_silent_client_loses_the_board_to_one_that_asks(board):
         assert first.recv(100) == b""
 
 
+def test_a_client_that_has_closed_its_sending_side_has_left(board, monkeypatch):
+    monkeypatch.setattr("pathgene.sim.served_model._IDLE_S", 600.0)
+    with connect(board) as first:
+        assert answer(first)
+        first.shutdown(socket.SHUT_WR)
+        with connect(board) as second:
+            assert len(answer(second)) > len(BUSY)
+
+
 def test_a_client_that_never_reads_loses_the_board(board):
     with connect(board) as first:
         first.setblocking(False)
@@ -120,7 +129,13 @@ def test_a_terminal_that_nobody_reads_serves_the_next_user():
             for _ in range(5000):
                 os.write(terminal, INFO)
         os.close(terminal)
-        time.sleep(1.2)
+        # Answers that nobody reads wait, and are lost after a second.
+        deadline_s = time.monotonic() + 20
+        while not board._unsent:
+            assert time.monotonic() < deadline_s
+        while board._unsent:
+            assert time.monotonic() < deadline_s
+            time.sleep(0.05)
         begun_s = time.monotonic()
         with open_board(board.url) as chip:
             assert chip.config == SMALL

@@ -1,11 +1,10 @@
 """Units whose netlists are compared with their Verilog, at the sizes of the small chip."""
 
 import functools
-import re
 
 from pathgene.hdl.primitives.unit import Unit
 from tests.support.gateware.unit_pool import components_of_chips
-from tools.equivalence import PAGE
+from tools.equivalence import PAGE, rows_of_page
 
 
 _ROOMS = ("pathgene.hdl.link.", "pathgene.hdl.planner.", "pathgene.hdl.primitives.")
@@ -25,7 +24,5 @@ def units():
 
 
 def rows_of_the_page():
-    """Return unit and verdict of each row of the page's table."""
-    text = PAGE.read_text(encoding="utf-8")
-    text = text.partition("<!-- equivalence -->")[2].partition("<!-- end of equivalence -->")[0]
-    return dict(re.findall(r"^\| (\w+) +\|[^|]*\|[^|]*\| (\w+)", text, re.MULTILINE)[1:])
+    """Return the cells of each row of the page's table, by unit."""
+    return rows_of_page(PAGE.read_text(encoding="utf-8"))

@@ -116,7 +116,7 @@ def memory_bytes(process):
 
 
 def test_missing_pages_are_refused_in_a_line_and_kept_nowhere(server, desk):
-    """A flood of them fills no memory, and the desk answers others meanwhile."""
+    """A flood of them fills no memory, and the desk answers other clients meanwhile."""
     _, port, cookie = desk
     client = http.client.HTTPConnection("127.0.0.1", int(port), timeout=60)
     sizes = []

@@ -34,7 +34,7 @@ from tools.requirements.sentences import Sentence, sentences
 
 ROOT = Path(__file__).resolve().parents[2]
 #: Files of rows, in the order of the tables.
-FILES = ("rules", "protocol")
+FILES = ("rules", "reliability", "protocol")
 PAGE = ROOT / "docs" / "requirements.md"
 
 _HEAD = Path(__file__).with_name("head.md")

@@ -27,6 +27,8 @@ __all__ = ["build_verilator", "run_verilator", "verilator_version"]
 
 # The makefile that Verilator writes lists the run-time sources of a design.
 _RUNTIME = re.compile(r"^\s+(verilated\w*) \\$", re.MULTILINE)
+# Without the last option, signals of more than 256 bits would not be counted.
+_COVERAGE = ("--coverage-line", "--coverage-toggle", "--coverage-max-width", str(1 << 20))
 _GLOBALS = re.compile(r"^VM_GLOBAL_FAST \+= \\\n((?:\s+\w+ \\\n)*)", re.MULTILINE)
 
 
@@ -68,6 +70,7 @@ def build_verilator(
     optimize: str = "-O1",
     trace: bool = False,
     public: bool = False,
+    coverage: bool = False,
 ) -> Path:
     """Compile Verilog and the C++ around it into one program with Verilator.
 
@@ -93,6 +96,8 @@ def build_verilator(
     public : bool
         Expose the variables of ``top`` to VPI. The variables below ``top`` stay hidden, because
         they would add many minutes to the build of a whole chip.
+    coverage : bool
+        Count the executions of each line and branch, and the changes of each bit.
 
     Returns
     -------
@@ -105,6 +110,7 @@ def build_verilator(
         If a tool is missing or refuses the design.
     """
     options = [top, *CXX_FLAGS, optimize, str(trace), str(public), *verilate_args, "--", *link_args]
+    options += _COVERAGE if coverage else ()
     linked = map(str, objects)  # Named by their contents.
     included = [path.read_bytes() for path in headers]
     key = digest([verilator_version(), verilog, main.read_bytes(), *options, *linked, *included])
@@ -134,6 +140,7 @@ def build_verilator(
                 "--x-initial",
                 "fast",
                 *(["--trace-vcd"] if trace else []),
+                *(_COVERAGE if coverage else []),
                 *verilate_args,
                 *([visible] if public else []),
                 directory / "design.v",
@@ -146,7 +153,7 @@ def build_verilator(
                 "g++",
                 CXX_STANDARD,
                 optimize,
-                *_defines(trace),
+                *_defines(trace, coverage),
                 f"-I{work}",
                 *_include_flags(),
                 "-c",
@@ -161,7 +168,7 @@ def build_verilator(
             [
                 "g++",
                 *CXX_FLAGS,
-                *_defines(trace),
+                *_defines(trace, coverage),
                 f"-I{work}",
                 *_include_flags(),
                 main,
@@ -195,9 +202,9 @@ def _all_sources(work: Path) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _defines(trace: bool) -> list[str]:
-    on = {"VERILATOR": True, "VM_TRACE": trace, "VM_TRACE_VCD": trace}
-    off = ("VM_COVERAGE", "VM_SC", "VM_TIMING", "VM_TRACE_FST", "VM_TRACE_SAIF")
+def _defines(trace: bool = False, coverage: bool = False) -> list[str]:
+    on = {"VERILATOR": True, "VM_COVERAGE": coverage, "VM_TRACE": trace, "VM_TRACE_VCD": trace}
+    off = ("VM_SC", "VM_TIMING", "VM_TRACE_FST", "VM_TRACE_SAIF")
     return [f"-D{name}={int(on.get(name, False))}" for name in (*on, *off)]
 
 
@@ -212,7 +219,7 @@ def _runtime_objects(builds: BuildCache, work: Path) -> list[Path]:
     if match is None:
         raise JobError("This Verilator writes makefiles of another form; run `make setup`.")
     include = _verilator_root() / "include"
-    flags = [*_defines(trace=False), *_include_flags()]
+    flags = [*_defines(), *_include_flags()]
 
     def compiled(name: str) -> Path:
         return compile_object(builds, include / f"{name}.cpp", flags, key=verilator_version())

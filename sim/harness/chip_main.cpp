@@ -5,6 +5,8 @@
 //   1 n bytes  sends n bytes to the chip, and runs until the last has been sent
 //   2 n        runs n cycles, or until the chip has sent a whole frame
 //   3 n        runs n cycles, then holds the reset for one
+//   4 n bytes  writes the counts of coverage to the file of this name, if the chip was built to
+//              count
 //
 // The answer to each is two numbers, the bytes that the chip has sent meanwhile and the cycles that
 // have passed, and then the bytes.
@@ -12,9 +14,13 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 #include <vector>
 
 #include <verilated.h>
+#if VM_COVERAGE
+#include <verilated_cov.h>
+#endif
 
 #include "Vtop.h"
 #include "../board/uart.hpp"
@@ -85,10 +91,16 @@ int main(int argc, char** argv) {
     Chip chip{static_cast<unsigned>(std::atoi(argv[1]))};
     Number order[2];
     while (std::fread(order, sizeof order, 1, stdin) == 1) {
-        if (order[0] == 1) {
+        if (order[0] == 1 || order[0] == 4) {
             std::vector<std::uint8_t> bytes(order[1]);
             if (std::fread(bytes.data(), 1, bytes.size(), stdin) != bytes.size()) return 3;
-            chip.send(bytes);
+            if (order[0] == 1) chip.send(bytes);
+#if VM_COVERAGE
+            if (order[0] == 4) {
+                const std::string path(bytes.begin(), bytes.end());
+                Verilated::threadContextp()->coveragep()->write(path);
+            }
+#endif
         } else {
             chip.run(order[1], order[0] == 2);
             if (order[0] == 3) chip.reset();

@@ -100,12 +100,17 @@ class ModelOnLine:
 
 
 class VerilatedOnLine(VerilatedProgram):
-    """The Verilog of a chip, simulated by Verilator in another process; it counts ``cycles``."""
+    """The Verilog of a chip, simulated by Verilator in another process; it counts ``cycles``.
 
-    def __init__(self, config: Config) -> None:
+    ``verilog`` is another chip than the exported one; with ``coverage``, the chip counts.
+    """
+
+    def __init__(
+        self, config: Config, *, verilog: str | None = None, coverage: bool = False
+    ) -> None:
         self.cycles = 0
-        verilog = exported_verilog("chip", config)
-        super().__init__(verilog, "chip", _MAIN, str(config.clocks_per_bit))
+        text = exported_verilog("chip", config) if verilog is None else verilog
+        super().__init__(text, "chip", _MAIN, str(config.clocks_per_bit), coverage=coverage)
 
     def feed(self, data: bytes, reset: int | None = None) -> bytes:
         """Receive bytes; see :class:`tools.faults.line.ChipOnLine`."""
@@ -125,6 +130,12 @@ class VerilatedOnLine(VerilatedProgram):
     def memory(self) -> bytes:
         """Return nothing: the memories of the Verilog are not read."""
         return b""
+
+    def write_coverage(self, path: Path) -> None:
+        """Write what a chip with ``coverage`` has counted."""
+        name = str(path.resolve()).encode()
+        self.send(4, len(name), name)
+        self._sent()
 
     def _sent(self) -> tuple[bytes, int]:
         """Return the bytes that the chip has sent, and the cycles elapsed."""

@@ -68,7 +68,11 @@ write_json -selected netlist.json
 _FLATTEN = "hierarchy -top unit; proc; flatten; memory_map; async2sync; dffunmap; opt_clean"
 _CUT = "expose -evert t:MULT18X18D t:DP16KD %u"
 _ARITHMETIC = "techmap -map %arithmetic t:ADD_OR_SUBTRACT"
-_CELLS = "read_verilog -lib +/lattice/cells_bb_ecp5.v +/lattice/cells_sim_ecp5.v"
+# Models of the cells that have one, and empty modules for the rest.
+_CELLS = (
+    "read_verilog -lib +/lattice/cells_bb_ecp5.v +/lattice/cells_sim_ecp5.v; "
+    "read_verilog -overwrite +/lattice/cells_sim_ecp5.v"
+)
 # All registers must have the same edge of the same clock, because ABC knows one clock only. ABC
 # runs as a pass over another design, and reads and writes its own files.
 _CHECK = f"""
@@ -78,7 +82,6 @@ read_verilog -overwrite rtl.v
 {_FLATTEN}; {{cut}}; setundef -undriven -anyseq; rename unit gold; design -stash gold
 design -reset
 {_CELLS}
-read_verilog -overwrite +/lattice/cells_sim_ecp5.v
 read_json netlist.json
 {_FLATTEN}; {{cut}}; setundef -undriven -anyseq; opt_clean; rename unit gate; design -stash gate
 design -reset

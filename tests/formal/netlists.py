@@ -9,8 +9,16 @@ from tools.equivalence import PAGE, rows_of_page
 
 _ROOMS = ("pathgene.hdl.link.", "pathgene.hdl.planner.", "pathgene.hdl.primitives.")
 
-#: Units whose check takes seconds.
-QUICK = ("SkidBuffer", "UartTransmitter", "RunLimits", "Multiplier", "PathReducer")
+#: Units whose check takes seconds, with each substitution.
+QUICK = (
+    "SkidBuffer",
+    "UartTransmitter",
+    "RunLimits",
+    "Multiplier",
+    "PathReducer",
+    "CobsDecoder",
+    "SegmentMeasurer",
+)
 
 
 def units():

@@ -174,8 +174,8 @@ class Evaluator:
         ground = self.problem.terrain.ground(x, y)
         clearance = np.append(z - ground, track.least_clearance_m(self.ds_m / FINE))
         return Evaluation(
-            feasible=penalty == 0 and penalty_fine == 0,
-            feasible_at_ds=penalty == 0,
+            feasible=bool(penalty == 0 and penalty_fine == 0),
+            feasible_at_ds=bool(penalty == 0),
             fitness=kernels.fitness_of(penalty, cost),
             penalty=penalty,
             cost=cost,
@@ -202,8 +202,9 @@ class Evaluator:
         penalty = under + zone + steep + corners + beyond
         cost = kernels.cost_of(self._bare, altitude, fuel)
         # The search rasters take milliseconds to copy. A replan must not wait for that.
-        is_seen = penalty == 0 or bool(
-            self._population(path[None], np.array([len(path)]), self._course)[0, 0] == 0
+        is_seen = bool(
+            penalty == 0
+            or self._population(path[None], np.array([len(path)]), self._course)[0, 0] == 0
         )
         clearance_m, height_m, limits = rule.report(track)
         fuel_left = range_left = None
@@ -211,7 +212,7 @@ class Evaluator:
             fuel_left = problem.aircraft.fuel_weight_N - fuel
             range_left = level_range_m(problem.aircraft, fuel, max(fuel_left, 0.0))
         return Evaluation(
-            feasible=penalty == 0,
+            feasible=bool(penalty == 0),
             feasible_at_ds=is_seen,
             fitness=kernels.fitness_of(penalty, cost),
             penalty=penalty,

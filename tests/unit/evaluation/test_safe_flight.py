@@ -204,9 +204,9 @@ def test_a_zone_counts_while_it_is_active(make_problem):
         )
         evaluation = evaluator.evaluate(path)
         assert evaluation.feasible is not inside, times
-        assert (evaluation.distance_in_nofly_m > 0) is inside
+        assert bool(evaluation.distance_in_nofly_m > 0) is inside
         fitness = evaluator.fitness(path[None], lengths)[0]
-        assert (fitness > 1) is not inside
+        assert bool(fitness > 1) is not inside
 
 
 def test_kernels_without_time_take_a_timed_zone_as_always_active(make_problem):

@@ -279,10 +279,11 @@ def test_a_zone_counts_for_the_parts_of_an_arc_in_wind_that_it_is_active_in():
 def test_times_that_are_not_known_count_as_active():
     pieces, rows = piece_rows(np.array([(0.0, 0, 50), (400, 0, 50)]), 30.0)
     packed = pack_zones([Circle(200, 0, 100, t0_s=99)], 0)
-    assert zone_metres(pieces, rows, np.array([0.0, *[math.inf] * rows]), packed) == pytest.approx(
-        200
-    )
-    assert zone_metres(pieces, rows, np.full(rows + 1, math.nan), packed) == pytest.approx(200)
+    # The straight is the second of three rows.
+    for start, end in ((0.0, math.inf), (math.nan, math.nan), (math.inf, math.inf)):
+        times = np.array([0.0, start, end, end])
+        assert zone_metres(pieces, rows, times, packed) == pytest.approx(200)
+    assert zone_metres(pieces, rows, np.array([0.0, 0.0, 20.0, 20.0]), packed) == 0
 
 
 # --- Touching ------------------------------------------------------------------------------------
@@ -334,6 +335,7 @@ def test_path_on_an_edge_or_through_a_corner_is_inside():
     assert metres([(0, 199.99, 50), (199.99, 0, 50)], [zone]) == 0
     # Corners that repeat, and a hole that fills the ring, leave the edges.
     repeated = Polygon((SQUARE[0], SQUARE[0], *SQUARE[1:]))
+    assert spots([(0, 50, 50), (90, 50, 50)], repeated).distance_m == pytest.approx(math.sqrt(2600))
     assert metres([(0, 0, 50), (400, 400, 50)], [repeated]) == pytest.approx(200 * math.sqrt(2))
     hollow = Polygon(SQUARE, (SQUARE,))
     assert 0 < metres([(0, 200, 50), (400, 200, 50)], [hollow]) < 1e-4

@@ -11,6 +11,7 @@ import numpy as np
 
 from pathgene.host.evaluation import laying as fields
 from pathgene.host.evaluation.constants import Floats
+from pathgene.host.evaluation.crossings import sort_marks
 from pathgene.host.evaluation.jit import compiled
 from pathgene.host.evaluation.laid_track import LaidTrack
 from pathgene.host.evaluation.laying import is_impossible
@@ -165,12 +166,7 @@ def _meets(
     for row in range(rows):
         if pieces[row, fields.LENGTH] > 0.0:
             count = _inside(pieces, row, times, packed, zone, marks, places)
-            for i in range(1, count):  # Sorted by insertion: most are two.
-                place, j = places[i], i
-                while j > 0 and places[j - 1] > place:
-                    places[j] = places[j - 1]
-                    j -= 1
-                places[j] = place
+            sort_marks(places, count)
             for i in range(count - 1):
                 along = 0.5 * (places[i] + places[i + 1]) * pieces[row, fields.RUN]
                 x, y, _, _ = track_point(pieces, row, along, 0.0)

@@ -27,6 +27,7 @@ __all__ = [
     "mark_parallel",
     "mark_towards",
     "place",
+    "sort_marks",
 ]
 
 Box = tuple[float, float, float, float]
@@ -236,3 +237,20 @@ def mark_parallel(
         count = _mark(_arc_fraction(pieces, row, -ey, ex), low, high, marks, count)
         count = _mark(_arc_fraction(pieces, row, ey, -ex), low, high, marks, count)
     return count
+
+
+@inlined
+def sort_marks(marks: Floats, count: int) -> None:
+    """Sort the first ``count`` marks in place by Shellsort, with gaps of 3 k + 1."""
+    gap = 1
+    while gap < count // 3:
+        gap = 3 * gap + 1
+    while gap > 0:
+        for i in range(gap, count):
+            mark = marks[i]
+            j = i
+            while j >= gap and marks[j - gap] > mark:
+                marks[j] = marks[j - gap]
+                j -= gap
+            marks[j] = mark
+        gap //= 3

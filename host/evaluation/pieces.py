@@ -152,7 +152,7 @@ def judge_slope(c: Constants, pieces: Floats, row: int) -> None:
             pieces[row, SIDE],
             pieces[row, ANGLE],
         )
-        if c.in_air and distance >= 0.0 and run > 0.0:
+        if c.in_air and distance >= 0.0:  # In wind a vertical piece has no distance.
             speed = rise / run
             if rise != 0.0:
                 speed *= fastest_over_ground(

@@ -29,6 +29,7 @@ from pathgene.host.evaluation.crossings import (
     mark_parallel,
     mark_towards,
     place,
+    sort_marks,
 )
 from pathgene.host.evaluation.jit import allocating, compiled, inlined
 from pathgene.host.evaluation.laying import LENGTH
@@ -103,23 +104,6 @@ class Spot(NamedTuple):
     at_m: float
 
 
-@inlined
-def _sort(marks: Floats, count: int) -> None:
-    """Sort the first ``count`` marks in place by Shellsort, with gaps of 3 k + 1."""
-    gap = 1
-    while gap < count // 3:
-        gap = 3 * gap + 1
-    while gap > 0:
-        for i in range(gap, count):
-            mark = marks[i]
-            j = i
-            while j >= gap and marks[j - gap] > mark:
-                marks[j] = marks[j - gap]
-                j -= gap
-            marks[j] = mark
-        gap //= 3
-
-
 @compiled
 def _inside(
     pieces: Floats, row: int, times: Floats, packed: PackedZones, zone: int, marks: Floats
@@ -129,7 +113,7 @@ def _inside(
     if not low < high:
         return 0.0, 0.0
     count = mark_border(pieces, row, packed, zone, low, high, marks)
-    _sort(marks, count)
+    sort_marks(marks, count)
     marks[count] = high
     share, entry = 0.0, high
     start = low

@@ -67,7 +67,8 @@ help:
 	@echo "make test-ci    the costly tests: full sizes, lint, smoke tests of benchmarks"
 	@echo "make test-long  all tests: hours of random and soak runs"
 	@echo "make coverage   unit tests of the protocol and of the link: every branch of hdl/protocol and"
-	@echo "                host/device must run"
+	@echo "                host/device must run; of the host's verdict: 95 % of the branches, and a pair of"
+	@echo "                cases for each condition of the strict rule; writes docs/reliability.md"
 	@echo "make verilog    synthesizable Verilog of every top, in build/verilog/"
 	@echo "make bitstream  place and route for a real board, with open tools"
 	@echo "                (BOARD=ulx3s-85f CHIP=planner|paper)"
@@ -135,6 +136,7 @@ coverage: setup
 	@$(IN_ROOT) "$(BIN)/python" -m coverage run -m pytest -q -p no:cacheprovider -m "not long" -k "not rank-2000" \
 		tests/unit/protocol tests/unit/device
 	@$(IN_ROOT) "$(BIN)/python" -m coverage report
+	@$(IN_ROOT) "$(BIN)/python" -m tools.conditions --workers $(WORKERS)
 
 .PHONY: verilog
 verilog: setup-plan

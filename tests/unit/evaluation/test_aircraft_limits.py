@@ -81,6 +81,7 @@ def test_a_limit_that_is_added_is_judged_explained_and_shown(added):
     penalty, _ = evaluator.penalty_cost(paths, lengths, fine=True)
     assert penalty.tolist() == [low.penalty, 0.0]
     assert evaluator.first_feasible(paths, lengths) == 1
+    assert evaluator.first_feasible(paths[:1], lengths[:1]) is None
     # The summary's limits, its sentence and its unit.
     worst = low.limits[0]
     assert (worst["limit"], worst["allowed"]) == ("minimum-altitude", LOWEST_M)

@@ -9,6 +9,7 @@ import pytest
 from pathgene.host.evaluation.crossings import (
     Line,
     box_of,
+    centre_of,
     cross_circle,
     cross_line,
     mark_parallel,
@@ -94,6 +95,10 @@ def test_arc_and_circle():
     # Inside, outside and around the same centre, nothing is crossed.
     for x, radius in ((0, 50), (0, 100), (-300, 150), (30, 40), (-50, 250)):
         assert marks_of(cross_circle, left(), x, 0, radius) == []
+    _, exact = scratch(1)
+    lay_piece(exact, 0, (100.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 1.0), (1.0, 2.0), 200.0, 0.0)
+    assert centre_of(exact, 0) == (0, 0, 100)
+    assert marks_of(cross_circle, exact, 0, 0, 100) == []
 
 
 def test_straight_and_line():
@@ -113,6 +118,8 @@ def test_arc_and_line():
     assert marks_of(cross_line, left(), *south, 0, -99, 99) == around([120, 240])
     assert marks_of(cross_line, right(), *south, 0, -99, 99) == around([120, 240])
     assert marks_of(cross_line, left(), *south, 0, 0, 99) == around([240])
+    assert marks_of(cross_line, left(), *south, 0, 90, 999) == []
+    assert marks_of(cross_line, left(), *south, 0, -999, -90) == []
     # The left of south is east.
     assert marks_of(cross_line, left(), *south, 50, -101, 101) == around([90])
     assert marks_of(cross_line, left(), *south, 151, -101, 101) == []

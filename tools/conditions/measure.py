@@ -77,7 +77,7 @@ _LEFT_OUT = (
     "tests/unit/problem/test_many_corners.py",
     "tests/unit/terrain/test_intake.py",
 )
-# What the recorder says of decisions without an outcome.
+# Kinds of decisions without an outcome, as the recorder names them.
 _KINDS = ("arrays", "choices")
 
 
@@ -107,13 +107,13 @@ class Row:
 
 
 def measure(groups: Collection[str] = GROUPS.keys(), workers: int = 1) -> bool:
-    """Run groups of tests, those of kernels with the compiler off; True if all of them pass.
+    """Run groups of tests, with the compiler off for kernels; True if all of them pass.
 
     Their data go to ``build/coverage/host/``; the data of other groups stay.
     """
     _FOLDER.mkdir(parents=True, exist_ok=True)
     files = [file for room in ROOMS for file in files_of(room)]
-    # The settings of the project are those of other folders.
+    # The settings of the project name other folders.
     _SETTINGS.write_text("\n    ".join(("[run]\nbranch = true\ninclude =", *files)) + "\n")
     with ThreadPoolExecutor(workers) as pool:
         return all(list(pool.map(_run, groups)))

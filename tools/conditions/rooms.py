@@ -23,7 +23,7 @@ class Room:
     needs_pairs : bool
         True if each condition needs a pair.
     least_percent : float
-        Least share of the branches that tests must run.
+        Minimum share of the branches that tests must run.
     """
 
     name: str
@@ -59,7 +59,7 @@ ROOMS = (
     Room("problem", ("host/problem",)),
     Room("terrain", ("host/terrain",)),
     Room("formats", ("host/formats",)),
-    # Its folder `autopilot` sends what has been judged.
+    # Its folder `autopilot` sends finished plans.
     Room(
         "mission",
         tuple(f"host/mission/{name}.py" for name in _MISSION),

@@ -182,6 +182,8 @@ def compared(verilog: str, netlist: Netlist, *, timeout_s: float = 600.0) -> str
         log = (folder / "check.log").read_text()
     if "No matching port in g" in log:
         return "hard cells not paired"
+    if "Assertion failed: selection is not empty" in log:
+        return "different"  # A register has another clock or edge.
     raise JobError(f"Yosys gave no verdict:\n{output}{log[-2000:]}")
 
 

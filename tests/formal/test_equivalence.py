@@ -57,6 +57,17 @@ def test_a_changed_start_is_noticed():
 
 
 @pytest.mark.ci
+@pytest.mark.parametrize("pins", [{}, {"CLK": "DI"}], ids=["edge", "clock"])
+def test_a_changed_clock_is_noticed(pins):
+    verilog, netlist = both("SkidBuffer")
+    cell = netlist["modules"]["unit"]["cells"]["kept.last_TRELLIS_FF_Q"]
+    cell["connections"] |= {pin: cell["connections"][source] for pin, source in pins.items()}
+    if not pins:
+        cell["parameters"]["CLKMUX"] = "INV"
+    assert compared(verilog, netlist) == "different"
+
+
+@pytest.mark.ci
 def test_a_lost_carry_is_noticed():
     """The carry in of a chain of Yosys's own map is left to the device."""
     verilog, netlist = both("RunLimits")

@@ -125,8 +125,13 @@ def test_yosys_reads_it(tmp_path, monkeypatch, capfd, config):
 @pytest.mark.cosim
 @pytest.mark.parametrize(
     "config",
-    [SMALL, CHECKING.replace(core="none"), pytest.param(Config(), marks=pytest.mark.ci)],
-    ids=["small", "check-only", "default"],
+    [
+        SMALL,
+        CHECKING.replace(core="none"),
+        pytest.param(Config(), marks=pytest.mark.ci),
+        pytest.param(Config(core="planner"), marks=pytest.mark.ci),
+    ],
+    ids=["small", "check-only", "paper", "planner"],
 )
 def test_lint_is_clean(tmp_path, config):
     path = tmp_path / "chip.v"

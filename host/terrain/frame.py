@@ -190,7 +190,7 @@ def _why(metric: Metric, crs: CRS) -> Remark:
     if metric.spread > 0.0005:
         cause = f"its metres differ by {metric.spread:.2%} over the map or between its axes"
     elif not metric.is_north_up:
-        cause = f"its north lies {metric.convergence_at_middle_deg:.0f} degrees off true north"
+        cause = f"its north lies {abs(metric.convergence_at_middle_deg):.0f} degrees off true north"
     else:
         cause = "its axes are not at right angles"
     unit_m = geodesy.unit_m(geodesy.crs_name(crs))

@@ -31,7 +31,8 @@ def complete(terrain: Terrain) -> Terrain:
         "projection": _projection(terrain),
         "grid_north_deg": None
         if terrain.metric is None
-        else round(terrain.metric.convergence_at_middle_deg, _DECIMALS),
+        # Zero has no sign, which rounding would keep.
+        else round(terrain.metric.convergence_at_middle_deg, _DECIMALS) + 0.0,
         "heights": {
             **_ASSUMED,
             **known.get("heights", {}),

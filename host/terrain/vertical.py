@@ -42,8 +42,14 @@ _UNITS_M = {
     "us_survey_foot": 1200 / 3937,
     "cm": 0.01,
     "centimetre": 0.01,
+    "centimetres": 0.01,
     "centimeter": 0.01,
+    "centimeters": 0.01,
     "dm": 0.1,
+    "decimetre": 0.1,
+    "decimetres": 0.1,
+    "decimeter": 0.1,
+    "decimeters": 0.1,
     "km": 1000.0,
 }
 # Units other than the metre in a description of heights.
@@ -153,7 +159,7 @@ def _unit(
         except KeyError:
             raise InputError(
                 f"{path}: its heights are in {band_unit!r}, which is unknown; convert them to "
-                "metres, or state their unit (--height-unit m|ft|us-ft)."
+                f"metres, or state their unit (--height-unit {'|'.join(HEIGHT_UNITS)})."
             ) from None
     if axis is not None:
         return axis[0], axis[1], "file"

@@ -79,6 +79,8 @@ class TestProjected:
             ("ft", 0.3048),
             ("Feet", 0.3048),
             ("US survey foot", 1200 / 3937),
+            ("Decimeters", 0.1),
+            ("centimetres", 0.01),
         ],
     )
     def test_feet_of_height_become_metres(self, write_tif, unit, metres):
@@ -301,7 +303,7 @@ class TestRefusals:
         write_tif(HEIGHTS, unit="fathom")
         assert refusal(tif) == (
             f"{tif}: its heights are in 'fathom', which is unknown; convert them to metres, or "
-            "state their unit (--height-unit m|ft|us-ft)."
+            "state their unit (--height-unit m|dm|cm|ft|us-ft)."
         )
 
     def test_rotated(self, tif, write_tif):

@@ -52,11 +52,12 @@ def test_a_map_that_is_warped_says_why(tmp_path):
     land = Land(60.0, 10.0)
     assert write(tmp_path / "a.tif", land, "EPSG:3857")
     assert write(tmp_path / "b.tif", land, "EPSG:3413")
-    (mercator,), (polar,) = (
-        [each.text for each in load(tmp_path / name).reading.remarks] for name in ("a.tif", "b.tif")
-    )
+    assert write(tmp_path / "c.tif", Land(60.0, -100.0), "EPSG:3413")
+    maps = [load(tmp_path / name).reading for name in ("a.tif", "b.tif", "c.tif")]
+    (mercator,), *polar = ([each.text for each in read.remarks] for read in maps)
     assert mercator.startswith("The map is warped from EPSG:3857 to a local frame, because its ")
-    assert "north lies 55 degrees off true north" in polar
+    assert all("its north lies 55 degrees off true north" in text for (text,) in polar)
+    assert not any(f"{read.facts['grid_north_deg']:g}" == "-0" for read in maps)
 
 
 def test_embedded_and_made_terrains_have_facts():

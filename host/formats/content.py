@@ -57,7 +57,8 @@ _TEXTS: tuple[tuple[str, str], ...] = (
         "well-known text",
     ),
     (
-        r"(?i)^[^\n]{0,200}\b(lat|lon|latitude|longitude|x)\b[^\n]{0,200}[,;]",
+        # JSON that is cut short may have such words.
+        r"(?i)^(?!\s*[{\[])[^\n]{0,200}\b(lat|lon|latitude|longitude|x)\b[^\n]{0,200}[,;]",
         "a table of positions",
     ),
     (
@@ -66,6 +67,7 @@ _TEXTS: tuple[tuple[str, str], ...] = (
         "outside: save it as a .fen to stay inside, or as GeoJSON to stay outside",
     ),
     (r"(?i)^\s*<!doctype html|^\s*<html", "a web page"),
+    (r"\A\s*0[ \t]*[\r\n]+\s*SECTION\b", "a drawing in DXF"),
     (r"^\s*[{\[]", "JSON"),
 )
 _ROOTS = {

@@ -237,7 +237,9 @@ def read_features(path: str | Path) -> tuple[str, Iterable[Read]]:
     found = next((row for row in rows if row.module.recognises(content)), None)
     if found is None:
         kind = content.looks_like
-        why = f"is not JSON: {content.json_error}" if kind in ("", "JSON") else f"looks like {kind}"
+        why = f"looks like {kind}" if kind else "is in no format that is known"
+        if kind == "JSON":
+            why = f"is not JSON: {content.json_error}"
         raise InputError(f"No-fly file {str(path)!r} {why}; give {zone_files()}.")
     return found.zones, found.module.features(content)
 

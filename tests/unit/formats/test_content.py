@@ -103,6 +103,8 @@ def test_reads_sequences_of_collections_geometries_and_other_formats():
         ('\x1e{"type": "Feature"}\n\x1e{', "is not JSON: text 2 of the sequence: Expecting"),
         ('{"type": "Feature"}\n[1]', "is not JSON: Extra data: line 2"),
         ("{\n]", "is not JSON: Expecting property name"),
+        ('{"name": "x", "lat": [1, 2', "is not JSON: Expecting ',' delimiter"),
+        ("Dear Anna, the zones are attached.", "is in no format that is known; give GeoJSON, "),
     ],
 )
 def test_names_the_broken_line_of_a_sequence(tmp_path, text, reason):

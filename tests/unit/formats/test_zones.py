@@ -262,6 +262,7 @@ def test_refuses_an_archive(tmp_path):
         (b"SQLite format 3\x00", "a GeoPackage"),
         (b"POLYGON ((9 45, 10 45, 9 46, 9 45))", "well-known text"),
         (b"lat,lon\n45,9\n", "a table of positions"),
+        (b"  0\r\nSECTION\r\n  2\r\nHEADER\r\n", "a drawing in DXF"),
         (b"%PDF-1.7", "a PDF"),
         (bytes(range(256)), "a binary file"),
     ],

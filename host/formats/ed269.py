@@ -23,7 +23,8 @@ from pathgene.host.formats.collection import (
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Feature, LeftOut, Limit, Read
 from pathgene.host.formats.limits import limit
-from pathgene.host.formats.times import applicability
+from pathgene.host.formats.times import applicability, is_overruled
+from pathgene.host.remarks import Grade, Remark
 
 
 __all__ = ["features", "recognises"]
@@ -61,6 +62,10 @@ def _zone(member: Member) -> Iterator[Read]:
             f"{member.properties.get('restriction')!r}."
         )
     periods = applicability(member.properties.get("applicability"))
+    remarks: tuple[Remark, ...] = ()
+    if is_overruled(member.properties.get("applicability")):
+        text = "it is permanent, so its dates and schedule are not read, and it is always active"
+        remarks = (Remark(Grade.NOTE, text),)
     for volume in _volumes(member.geometry):
         if not isinstance(volume, dict):
             raise InputError(f"a volume must be an object, not {volume!r}.")
@@ -77,7 +82,7 @@ def _zone(member: Member) -> Iterator[Read]:
                 periods,
                 category,
                 forbids=classes.forbids(category),
-                remarks=doubts(radius_m),
+                remarks=(*remarks, *doubts(radius_m)),
             )
 
 

@@ -11,7 +11,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.formats.features import Period, SunEvent
 
 
-__all__ = ["applicability", "between", "daily", "moment"]
+__all__ = ["applicability", "between", "daily", "is_overruled", "moment"]
 
 _DAYS = ("MON", "TUE", "WED", "THU", "FRI", "SAT", "SUN")
 _DAY = timedelta(days=1)
@@ -137,8 +137,22 @@ def applicability(value: Any) -> tuple[Period, ...]:
     return tuple(found)
 
 
+def is_overruled(value: Any) -> bool:
+    """Return whether ``applicability`` has times that count for nothing, as it is permanent."""
+    parts = value if isinstance(value, list) else [value]
+    return any(
+        _is_permanent(part) and any(map(part.get, ("startDateTime", "endDateTime", "schedule")))
+        for part in parts
+        if isinstance(part, dict)
+    )
+
+
+def _is_permanent(part: dict[str, Any]) -> bool:
+    return str(part.get("permanent", "NO")).upper() in ("YES", "TRUE")
+
+
 def _periods(part: dict[str, Any]) -> Iterator[Period]:
-    if str(part.get("permanent", "NO")).upper() in ("YES", "TRUE"):
+    if _is_permanent(part):
         yield Period()
         return
     start, end = (

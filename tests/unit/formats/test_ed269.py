@@ -101,6 +101,22 @@ def test_reads_schedules(as_list):
     assert found.periods == (Period(start, end, frozenset({0, 4}), time(8), time(17, 30)),)
 
 
+@pytest.mark.parametrize(
+    ("more", "is_said"),
+    [
+        ({}, False),
+        ({"startDateTime": None, "schedule": []}, False),
+        ({"schedule": [{"day": ["ANY"], "startTime": "08:00Z", "endTime": "17:00Z"}]}, True),
+        ({"endDateTime": "2026-06-16T00:00:00Z"}, True),
+    ],
+)
+def test_times_of_a_permanent_zone_are_named(more, is_said):
+    (found,) = read(changed(applicability=[{"permanent": "YES", **more}]))
+    text = "it is permanent, so its dates and schedule are not read, and it is always active"
+    assert found.periods == ()
+    assert [remark.text for remark in found.remarks] == [text] * is_said
+
+
 def test_leaves_out_a_zone_without_geometry():
     assert read(ZONE, changed(geometry=[]))[1] == LeftOut('feature 2, "Fort"', "it has no geometry")
 

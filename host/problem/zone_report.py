@@ -86,10 +86,17 @@ class Record:
             "upper": None if feature.upper is None else feature.upper.described,
             "lower_m": _outermost(lows, min),
             "upper_m": _outermost(highs, max),
-            "times": described(feature.periods),
+            "times": described(feature.periods) or _seconds(feature.t0_s, feature.t1_s),
             "forbids": not reason,
             "reason": reason,
         }
+
+
+def _seconds(first: float | None, last: float | None) -> str:
+    """Return seconds of the flight in words; empty for always."""
+    bounds = (("from", first), ("until", last))
+    words = ", ".join(f"{word} {bound:g} s" for word, bound in bounds if bound is not None)
+    return f"{words} of the flight" if words else ""
 
 
 def _outermost(

@@ -264,6 +264,19 @@ def test_times_need_a_departure(monkeypatch):
 
 
 @pytest.mark.parametrize(
+    ("first", "last", "words"),
+    [
+        (None, None, ""),
+        (60.0, None, "from 60 s of the flight"),
+        (0.0, 90.5, "from 0 s, until 90.5 s of the flight"),
+    ],
+)
+def test_seconds_of_the_flight_are_said(monkeypatch, first, last, words):
+    found = read(monkeypatch, feature(t0_s=first, t1_s=last))
+    assert found.reading.facts["zones"][0]["times"] == words
+
+
+@pytest.mark.parametrize(
     ("start", "end", "grade", "text"),
     [
         (None, 4, "warning", "valid until 2026-04-04T00:00:00+00:00, before the departure"),

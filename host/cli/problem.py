@@ -111,13 +111,15 @@ def check(args: argparse.Namespace) -> int:
     if args.json:
         print_json(report)
     else:
+        from pathgene.host.report.reading import terrain_in_words
+
         rules = "none, as paper"
         if problem.rules is not None:
             rules = f"clearance {problem.rules.clearance_m:g} m"
         names = zip(mission.names, mission.way, strict=True)
         print_pairs(
             [
-                ("terrain", problem.terrain.name),
+                ("terrain", terrain_in_words(report["read"]["terrain"]) or problem.terrain.name),
                 ("aircraft", problem.aircraft.name),
                 ("no-fly zones", str(report["zones"])),
                 *_read(problem),

@@ -9,7 +9,7 @@ from pathgene.host.remarks import Grade
 from pathgene.host.terrain import embedded
 
 
-__all__ = ["sentences", "warnings_in"]
+__all__ = ["sentences", "terrain_in_words", "warnings_in"]
 
 
 def warnings_in(summary: Mapping[str, Any]) -> list[str]:
@@ -37,31 +37,31 @@ def sentences(read: Mapping[str, Any] | None) -> Iterator[str]:
     if read is None:
         return
     terrain = read["terrain"]
-    is_described = terrain.get("driver", "numpy") != "numpy" or (
-        terrain.get("projection") is not None and terrain["source"] not in embedded.names()
-    )
-    if is_described:
-        yield _terrain(terrain)
+    described = terrain_in_words(terrain)
+    if described:
+        yield f"Terrain {described}."
     for part in (terrain, read["zones"]):
         for remark in part.get("remarks", ()):
-            if is_described or part is not terrain or remark["grade"] == Grade.WARNING:
+            if described or part is not terrain or remark["grade"] == Grade.WARNING:
                 yield f"{remark['grade'].capitalize()}: {remark['text']}"
 
 
-def _terrain(facts: Mapping[str, Any]) -> str:
+def terrain_in_words(facts: Mapping[str, Any]) -> str:
+    """Return the main facts of a terrain; empty for one that states metres alone."""
+    is_file = facts.get("driver", "numpy") != "numpy"
+    if not is_file and (facts.get("projection") is None or facts["source"] in embedded.names()):
+        return ""
     rows, columns = facts["nodes"]
     east, north = facts["cell_m"].get("middle", facts["cell_m"]["used"])
     heights = facts["heights"]
-    text = (
-        f"Terrain {facts['source']}: {rows} x {columns} nodes, cells of {east:.4g} x {north:.4g} m"
-    )
+    text = f"{facts['source']}: {rows} x {columns} nodes, cells of {east:.4g} x {north:.4g} m"
     place = facts["projection"]
     if place is not None:
         change = f", warped to {_short(place['frame'])}" if place["is_warped"] else ""
         text += f", {_short(place['file'])}{change}"
     return (
         f"{text}, heights of {heights['lowest_m']:g} to {heights['highest_m']:g} m above "
-        f"{heights['datum']} (unit {heights['unit_from']}, datum {heights['datum_from']})."
+        f"{heights['datum']} (unit {heights['unit_from']}, datum {heights['datum_from']})"
     )
 
 

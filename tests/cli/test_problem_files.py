@@ -247,6 +247,21 @@ def test_a_check_says_what_was_read_of_the_zones(file, capsys):
     assert (read["read"], read["on_map"], read["can_forbid"]) == (1, 1, 1)
 
 
+@pytest.mark.parametrize(
+    ("place", "facts"),
+    [
+        ("", "hills"),
+        ("origin = [47, 8]\n", r"\S+hills.npz: 41 x 61 nodes, cells of 100 x 100 m, .+ of 150"),
+    ],
+)
+def test_a_check_says_what_was_read_of_the_terrain(file, capsys, place, facts):
+    file.write_text(file.read_text().replace("[terrain]\n", f"[terrain]\n{place}"))
+    assert main(["problem", "check", str(file)]) == 0
+    first = capsys.readouterr().out.splitlines()[0]
+    assert re.match(rf"terrain +{facts}", first)
+    assert bool(place) == ("(unit assumed, datum assumed)" in first)
+
+
 def test_a_refused_check_says_first_what_was_read(file, capsys):
     point = {"type": "Point", "coordinates": [2000, 3000]}
     features = [{"type": "Feature", "properties": {"name": "mast"}, "geometry": point}]

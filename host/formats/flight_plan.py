@@ -95,6 +95,8 @@ class FlightPlan:
         A sentence about each fact that the autopilot is not told.
     feasible : bool or None
         The verdict on the path; None if there is none, as in the plans of ground stations.
+    heights : str
+        Datum of the altitudes if it is not mean sea level; otherwise empty.
     """
 
     home: Position
@@ -104,3 +106,4 @@ class FlightPlan:
     cruise_speed_m_s: float
     notes: tuple[str, ...] = ()
     feasible: bool | None = None
+    heights: str = ""

@@ -119,10 +119,11 @@ def read_plan(file: Path) -> FlightPlan:
 
 
 def _mark(plan: FlightPlan) -> dict[str, Any]:
-    """Return the member that states the verdict on the path, if there is one."""
+    """Return the member with the verdict on the path, if there is one, and an unusual datum."""
     if plan.feasible is None:
         return {}
-    return {_MARK: {"version": version(), "feasible": plan.feasible}}
+    heights = {"heights": plan.heights} if plan.heights else {}
+    return {_MARK: {"version": version(), "feasible": plan.feasible, **heights}}
 
 
 def _plan(document: dict[str, Any]) -> FlightPlan:

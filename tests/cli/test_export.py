@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 from pathgene.host.cli import main
-from tests.cli.conftest import last_line, plan
+from tests.cli.conftest import ENDS, last_line, plan, run_here
 
 
 @pytest.fixture(scope="module")
@@ -257,3 +257,13 @@ def test_a_path_whose_terrain_is_gone_is_not_believed(safe, tmp_path, capsys, co
         "again. "
     )
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("heights", ["sea-level", "ellipsoidal"])
+def test_a_plan_above_the_ellipsoid_says_so(hills, tmp_path, heights):
+    given = ("--terrain", hills, *ENDS, "--origin", "47,8", "--heights", heights)
+    own = ("--planner", "astar", "--no-picture", "--write", "plan", "--out", tmp_path)
+    assert run_here("plan", *given, *own).returncode == 0
+    stated = json.loads((tmp_path / "path.plan").read_text())["pathgene"]
+    datum = None if heights == "sea-level" else "above the ellipsoid WGS84, not AMSL"
+    assert stated.get("heights") == datum

@@ -17,6 +17,7 @@ from pathgene.host.formats.flight_plan import (
     FlightPlan,
     Item,
 )
+from pathgene.host.formats.geojson import heights_datum
 from pathgene.host.formats.places import check_place, degrees
 from pathgene.host.formats.shapes import Ring, wound
 from pathgene.host.mission.autopilot.route import leg_tolerance_m, route
@@ -129,6 +130,7 @@ def flight_plan(
     # Rally points are relative to home, so with home on the ground, this one is at the altitude of
     # the start.
     ground_m = min(terrain.ground(points[0].x_m, points[0].y_m), start.alt_m)
+    datum = heights_datum(terrain)
     return FlightPlan(
         (start.lat, start.lon, ground_m),
         (*waypoints, loiter),
@@ -137,6 +139,7 @@ def flight_plan(
         aircraft.cruise_speed_m_s,
         (*left_out, *_loiter_notes(problem, track, radius_m)),
         feasible,
+        "" if datum.startswith("AMSL") else datum,
     )
 
 

@@ -59,7 +59,7 @@ def kind_of_content(path: Path) -> str | None:
     if path.is_dir():
         return (
             "is a folder; give a file, and join several tiles first (gdalbuildvrt ALL.vrt "
-            f"{path.name}/*.tif)."
+            f"{path.absolute().name}/*.tif)."
         )
     try:
         with path.open("rb") as opened:

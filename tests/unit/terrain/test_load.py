@@ -279,6 +279,10 @@ class TestRefusals:
             f"ALL.vrt {tmp_path.name}/*.tif)."
         )
 
+    def test_folder_without_a_name(self, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        assert refusal(Path()).endswith(f"(gdalbuildvrt ALL.vrt {tmp_path.name}/*.tif).")
+
     def test_all_void(self, tif, write_tif):
         write_tif(np.full((2, 3), -1, np.int16), nodata=-1)
         assert refusal(tif) == "made: every node is void; choose a terrain with heights."

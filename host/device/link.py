@@ -292,7 +292,8 @@ class Link:
             if len(requests) == 1 and len(requests[0].payloads) == 1:
                 # The next command has the same number and must not receive late answers to this
                 # one.
-                while self.traffic.frames_repeated > repeated and self._receive(self._deadline()):
+                is_repeated = self.traffic.frames_repeated > repeated
+                while (is_repeated or self._has_bytes()) and self._receive(self._deadline()):
                     pass
                 self.session = session
             raise
@@ -382,6 +383,12 @@ class Link:
                 return frames
         self._splitter.drop()
         return []
+
+    def _has_bytes(self) -> bool:
+        try:
+            return self._transport.in_waiting > 0
+        except OSError as error:
+            raise _lost(error) from None
 
     def _decode(self, data: bytes) -> list[Frame]:
         frames = []

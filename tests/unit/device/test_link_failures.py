@@ -21,6 +21,7 @@ from tests.unit.device.link_bench import (
     Script,
     connect,
     lose,
+    twice,
 )
 
 
@@ -265,11 +266,27 @@ def test_ignores_a_refusal_of_a_command_that_was_executed():
     assert chip.executed == commands
 
 
-def test_late_refusals_of_a_command_do_not_meet_the_next(monkeypatch):
-    """The next command has the number of a refused one."""
-    # Frames arrive one by one.
+@pytest.fixture
+def one_by_one(monkeypatch):
+    """Frames arrive one by one."""
     first = property(lambda port: port._received.find(b"\0") + 1)
     monkeypatch.setattr(FaultyTransport, "in_waiting", first)
+
+
+@pytest.mark.usefixtures("one_by_one")
+def test_a_second_refusal_of_a_command_does_not_meet_the_next():
+    """The line brings the refused command twice, and the host does not wait for a silence."""
+    link, chip, clock = connect(Script({FIRST: twice}))
+    with pytest.raises(RefusedError):
+        link.request(Command.WRITE, b"!")
+    assert link.request(Command.WRITE, b"next") == b"next"
+    assert chip.executed == [(Command.WRITE, b"next")]
+    assert clock() < 0.001
+
+
+@pytest.mark.usefixtures("one_by_one")
+def test_late_refusals_of_a_command_do_not_meet_the_next():
+    """The next command has the number of a refused one."""
     late = []
 
     def keep(frame):

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from tools.faults.chips import ANSWER_BYTES
 from tools.faults.disk import SLOW
 from tools.faults.line import LineEvent, LineFault, Way
 
@@ -19,6 +20,12 @@ _WORKS = 8
 #: Numbers of sessions opened before: a session's number is the last one plus 1, modulo 256, and a
 #: chip begins at 0 after a reset.
 _SESSIONS_BEFORE = (0, 0, 0, 1, 254, 255)
+#: Bytes in each direction that open a session, about.
+_OPENING_BYTES = {Way.TO_BOARD: 32, Way.FROM_BOARD: 64}
+#: Faults at a place drawn from the whole session.
+_ANYWHERE = tuple(
+    fault for fault in LineFault if fault not in (LineFault.HOLD_FRAME, LineFault.LOSE_LONG)
+)
 
 
 @dataclass(frozen=True)
@@ -29,6 +36,8 @@ class Extent:
     readings: int
     #: Number of executed lines of the host's code at which Ctrl-C may arrive.
     lines: int
+    #: First bytes, to the board, of the commands whose number is 0 again.
+    firsts: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -51,6 +60,8 @@ class DiskFault:
     #: Whether all later calls fail or are slow too, and whether the process is killed.
     lasting: bool
     kill: bool
+    #: Number of calls after which a lasting fault is over; 0 for none.
+    calls: int = 0
     #: Whether the power fails at the kill, or at the end of the attempt if it makes fewer calls.
     power: bool = False
 
@@ -142,7 +153,7 @@ def draw(seed: int, session: str, extent_of: Callable[[int], Extent | DiskExtent
         )
     # Signals arrive even on a line without faults.
     signal_at = rng.randrange(extent.lines) if not line or rng.random() < 0.1 else None
-    return Case(
+    case = Case(
         seed=seed,
         session=session,
         work=work,
@@ -152,12 +163,38 @@ def draw(seed: int, session: str, extent_of: Callable[[int], Extent | DiskExtent
         signal_at=signal_at,
         resumes=rng.random() < 0.5,
     )
+    return _with_rare_fault(random.Random(f"{seed} rare"), case, extent)
+
+
+def _with_rare_fault(rng: random.Random, case: Case, extent: Extent) -> Case:
+    """Give some cases one more fault, which a random place would hardly ever be the right one for.
+
+    One in 16 has a fault while the session is opened, one in 32 of the cases of a paper core a line
+    that loses long answers, and one in 32 a reset where the numbers of the commands begin again, in
+    the session after 255.
+    """
+    kind = rng.randrange(32)
+    if kind < 2:
+        way = rng.choice(list(Way))
+        fault = rng.choice(_ANYWHERE) if kind else LineFault.HOLD_FRAME
+        event = _event(rng, rng.randrange(_OPENING_BYTES[way]), way, fault)
+        return dataclasses.replace(case, line=tuple(sorted((*case.line, event))))
+    if kind == 2 and case.session in ANSWER_BYTES:
+        at = rng.randrange(extent.bytes[Way.FROM_BOARD])
+        event = LineEvent(at, Way.FROM_BOARD, LineFault.LOSE_LONG, ANSWER_BYTES[case.session])
+        return dataclasses.replace(case, line=(event,), jumps=(), signal_at=None)
+    if kind == 3 and extent.firsts:
+        event = LineEvent(
+            rng.choice(extent.firsts), Way.TO_BOARD, LineFault.RESET, rng.randrange(2_000)
+        )
+        return dataclasses.replace(case, sessions_before=255, line=(event,), signal_at=None)
+    return case
 
 
 def _disk_case(rng: random.Random, seed: int, session: str, extent: DiskExtent) -> Case:
     """Draw a case of a session that writes files."""
     attempts = rng.choice((0, 1, 1, 1, 2, 3))
-    return Case(
+    case = Case(
         seed=seed,
         session=session,
         work=0,
@@ -174,6 +211,13 @@ def _disk_case(rng: random.Random, seed: int, session: str, extent: DiskExtent) 
         signal_at=rng.randrange(extent.lines) if not attempts or rng.random() < 0.2 else None,
         death_after=rng.randrange(4) if session == "comparison" and rng.random() < 0.02 else None,
     )
+    rare = random.Random(f"{seed} rare")
+    if rare.randrange(16):
+        return case
+    # A disk that works again, so that the remains of a failure can be removed.
+    at, calls = rare.randrange(1, extent.calls + 1), rare.randrange(2, 5)
+    fault = DiskFault(at, errno.EIO, lasting=True, kill=False, calls=calls)
+    return dataclasses.replace(case, disk=(fault,), signal_at=None)
 
 
 def _noisy(rng: random.Random, extent: Extent) -> Iterator[LineEvent]:
@@ -199,7 +243,10 @@ def _any_event(rng: random.Random, extent: Extent) -> LineEvent:
     at = int(rng.random() * extent.bytes[way])
     if rng.random() < 0.2:
         at //= 50  # The beginning, during which the session is opened.
-    fault = rng.choice(list(LineFault))
+    return _event(rng, at, way, rng.choice(_ANYWHERE))
+
+
+def _event(rng: random.Random, at: int, way: Way, fault: LineFault) -> LineEvent:
     if fault in (LineFault.FULL, LineFault.RESET):
         way = Way.TO_BOARD
     value = rng.randrange(256)
@@ -209,6 +256,8 @@ def _any_event(rng: random.Random, extent: Extent) -> LineEvent:
         value = rng.randrange(2_000)
     if fault is LineFault.NOISE:
         value = rng.choice((1, 7, 64, 1_000))
+    if fault is LineFault.HOLD_FRAME:
+        value = rng.choice((3, 5, 9))
     return LineEvent(at, way, fault, value)
 
 

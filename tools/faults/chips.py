@@ -45,6 +45,10 @@ CHIPS = {
 }
 
 
+#: Bytes of the longest frame that a chip's short answers need, by the chip: an answer to INFO, two
+#: paths, and the results of two paths.
+ANSWER_BYTES = {"paper": 64, "paper, 32 paths": 256}
+
 #: Chips whose sessions would simulate too many cycles in Verilog.
 _LARGE = {"paper, 32 paths"}
 
@@ -92,6 +96,14 @@ class ModelOnLine:
         """Let time pass."""
         return b"", seconds
 
+    def paths(self) -> list[list[int]] | None:
+        """Return the population; see :class:`tools.faults.line.ChipOnLine`."""
+        return self._model.core.paths if self._config.paper_core else None
+
+    def has_run(self) -> bool:
+        """Return whether the planner core has run; see :class:`tools.faults.line.ChipOnLine`."""
+        return self._model.running is not None and self._model.running.generations > 0
+
     def memory(self) -> bytes:
         """Return the map and the population; see :class:`tools.faults.line.ChipOnLine`."""
         chip = self._model
@@ -126,6 +138,14 @@ class VerilatedOnLine(VerilatedProgram):
         self.send(2, round(seconds * CLOCK_HZ))
         sent, cycles = self._sent()
         return sent, cycles / CLOCK_HZ
+
+    def paths(self) -> None:
+        """Return nothing: the memories of the Verilog are not read."""
+        return
+
+    def has_run(self) -> bool:
+        """Return nothing that speaks against the host."""
+        return False
 
     def memory(self) -> bytes:
         """Return nothing: the memories of the Verilog are not read."""

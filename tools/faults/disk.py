@@ -48,6 +48,8 @@ class FaultyDisk(Disk):
         Number of the error, a constant of :mod:`errno`, or :data:`SLOW`; a full disk by default.
     lasting : bool
         Every later call also fails or is slow.
+    calls : int
+        Number of calls after which a lasting fault is over; 0 for none.
     kill : bool
         Raise :class:`Killed` instead, at this and every later call.
     seed : int
@@ -72,6 +74,7 @@ class FaultyDisk(Disk):
         error: int = errno.ENOSPC,
         lasting: bool = False,
         kill: bool = False,
+        calls: int = 0,
         seed: int = 0,
         platter: Platter | None = None,
     ) -> None:
@@ -79,6 +82,7 @@ class FaultyDisk(Disk):
         self.refused: list[str] = []
         self._platter = platter
         self._at, self._error, self._lasting, self._kill = at, error, lasting, kill
+        self._calls = calls
         self._random = random.Random(seed)
         self._owed = False
         self.failed = self.slowed = False
@@ -180,6 +184,8 @@ class FaultyDisk(Disk):
             return False
         if self._kill:
             return True
+        if self._calls and len(self.refused) >= self._calls:
+            return False
         is_needed = needs_space or self._error not in _FULL
         return is_needed and (self._lasting or not (self.failed or self.slowed))
 

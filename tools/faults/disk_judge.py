@@ -57,6 +57,8 @@ class DiskJudge(Judge):
                     verdict.faults["disk: power lost at the end"] += 1
                 if _loses(fault):
                     platter.lose(random.Random(f"{case.seed} {number}"))
+                if end == "done" and _refused(disk, "sync"):
+                    raise DifferentError("the disk refused to store a file, and nothing tells")
                 synced = [call for call in disk.calls if call.startswith("sync_directory")]
                 refused = _refused(disk, "sync_directory") or (refused and not synced)
                 session.check(
@@ -66,7 +68,9 @@ class DiskJudge(Judge):
                         oldest,
                         is_whole=end == "done",
                         is_interrupted=end == "interrupted",
+                        is_refused=disk.failed,
                         is_broken=end in _BROKEN or (end != "done" and _loses(fault)),
+                        is_kept=end == "not put back",
                         is_forgotten=refused and _loses(fault),
                     ),
                 )
@@ -90,6 +94,7 @@ def _disk(fault: DiskFault | None, seed: int, platter: Platter) -> FaultyDisk:
         error=fault.error,
         lasting=fault.lasting,
         kill=fault.kill,
+        calls=fault.calls,
         seed=seed,
         platter=platter,
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import fcntl
 import functools
 import io
 import json
@@ -19,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from pathgene.host.compare.entrants import parse_entrants, problem_digest
+from pathgene.host.compare.report import Field
 from pathgene.host.compare.runs import Outcome, Task, run_in_processes
 from pathgene.host.compare.session import complete, kept
 from pathgene.host.compare.store import RunStore
@@ -68,8 +70,12 @@ class Ending:
     is_whole: bool
     #: A signal ended it, before or after its files were written.
     is_interrupted: bool = False
+    #: The disk has refused a call.
+    is_refused: bool = False
     #: The process was killed, or the disk also refused to restore files.
     is_broken: bool = False
+    #: The disk refused to restore files, and has them still.
+    is_kept: bool = False
     #: The power was lost, and the disk had refused to sync the folder.
     is_forgotten: bool = False
 
@@ -127,13 +133,24 @@ class Comparison(DiskSession):
     def prepare(self, folder: Path) -> None:
         """Forget the runs of an earlier case."""
         self._stored = set()
+        self._counted: list[Field] = []
 
     def attempt(self, folder: Path, number: int, death: int | None) -> None:
         """Execute the missing runs."""
         run = functools.partial(_dying, death) if death is not None else _alone
         with RunStore(folder, self._digest) as store:
-            fields = kept(store, self._entrants, _SEEDS)
+            fields = self._counted = kept(store, self._entrants, _SEEDS)
+            self._check_lock(folder)
             complete(fields, _SEEDS, store, functools.partial(self._noting, run), io.StringIO())
+
+    def _check_lock(self, folder: Path) -> None:
+        """Check that no other process could open the stored runs."""
+        with (folder / "runs.jsonl").open("rb") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return
+        raise DifferentError("the stored runs are not locked")
 
     def _noting(
         self, run: Callable[[Sequence[Task]], Generator[Outcome]], tasks: Sequence[Task]
@@ -164,6 +181,9 @@ class Comparison(DiskSession):
             self._stored &= set(found)
         if lost := self._stored - set(found):
             raise DifferentError(f"{len(lost)} stored runs are lost")
+        counted = sum(len(part.records) for part in self._counted)
+        if ending.is_interrupted and not ending.is_refused and counted != len(found):
+            raise DifferentError(f"{counted} runs are counted, and {len(found)} are stored")
         if ending.is_whole and (missing := set(self._right) - set(found)):
             raise DifferentError(f"{len(missing)} runs are not stored")
         with in_folder() as copy:  # The product ends a truncated line when it opens the file.
@@ -250,6 +270,10 @@ class Replacement(DiskSession):
         """Check that the folder has the files of a single run, or that the product refuses it."""
         found, before, right = _visible(folder), self._before, self._right[ending.number]
         self._before = found
+        if ending.is_kept:
+            present = [file.read_bytes() for file in folder.iterdir()]
+            if lost := [name for name, content in before.items() if content not in present]:
+                raise DifferentError(f"{lost[0]} is lost")
         if found == right and (ending.is_whole or ending.is_interrupted or ending.is_broken):
             mixed = False
         elif ending.is_whole:

@@ -9,6 +9,7 @@ from enum import StrEnum
 from typing import Protocol
 
 from pathgene.hdl.protocol.codec import DELIMITER
+from tools.faults.watch import Watch
 
 
 class HangError(BaseException):
@@ -39,6 +40,10 @@ class LineFault(StrEnum):
     MERGE = "merge"
     #: The frame arrives after the next one.
     DELAY_FRAME = "delay frame"
+    #: The frame arrives before the ``value``-th frame after it.
+    HOLD_FRAME = "hold frame"
+    #: From now on, frames of more than ``value`` bytes do not arrive.
+    LOSE_LONG = "lose long frames"
     #: Nothing arrives for ``value`` milliseconds.
     STALL = "stall"
     #: The port is lost permanently.
@@ -58,6 +63,7 @@ _OF_FRAMES = (
     LineFault.REPEAT_FRAME,
     LineFault.MERGE,
     LineFault.DELAY_FRAME,
+    LineFault.HOLD_FRAME,
     LineFault.RESET,
 )
 
@@ -98,6 +104,14 @@ class ChipOnLine(Protocol):
         """Return the map and the population, read past the line; empty if nothing can read them."""
         ...
 
+    def paths(self) -> list[list[int]] | None:
+        """Return the population of a paper core, read past the line; None if nothing can."""
+        ...
+
+    def has_run(self) -> bool:
+        """Return whether the planner core has run since its reset; False if nothing can tell."""
+        ...
+
 
 class VirtualClock:
     """A clock that advances with reads from a line, ``now_s`` seconds after its start.
@@ -125,6 +139,9 @@ class _OneWay:
         self._frame = bytearray()
         self._of_frame: list[LineEvent] = []
         self._late: list[Frame] = []
+        # Frames that are held, each with the number of frames that arrive before it.
+        self._held: list[tuple[int, Frame]] = []
+        self._longest: int | None = None
         self.sent = 0
         self.happened: list[LineEvent] = []
 
@@ -165,6 +182,8 @@ class _OneWay:
                 arrived *= 2
             elif event.fault is LineFault.NOISE:
                 arrived[:0] = _noise(event)
+            elif event.fault is LineFault.LOSE_LONG:
+                self._longest = event.value
             elif event.fault in _OF_FRAMES:
                 self._of_frame.append(event)
             else:
@@ -184,12 +203,24 @@ class _OneWay:
     def heal(self) -> None:
         """Discard the remaining events."""
         self._events.clear()
+        self._longest = None
+
+    def hold(self, data: bytes, frames: int) -> None:
+        """Let a frame arrive before the ``frames``-th of the next frames."""
+        self._held.append((frames - 1, Frame(data)))
 
     def _passed(self, data: bytes, events: list[LineEvent]) -> list[Frame]:
         late, self._late = self._late, []
+        due = [frame for left, frame in self._held if left <= 0]
+        self._held = [(left - 1, frame) for left, frame in self._held if left > 0]
+        return [*due, *self._arriving(data, events), *late]
+
+    def _arriving(self, data: bytes, events: list[LineEvent]) -> list[Frame]:
+        """Return a frame as it arrives now, if it does."""
         faults = {event.fault: event.value for event in events}
-        if LineFault.LOSE_FRAME in faults:
-            return late
+        is_long = self._longest is not None and len(data) > self._longest
+        if LineFault.LOSE_FRAME in faults or is_long:
+            return []
         if LineFault.MERGE in faults:
             data = data[:-1]
         if LineFault.REPEAT_FRAME in faults:
@@ -197,8 +228,11 @@ class _OneWay:
         frame = Frame(data, faults.get(LineFault.RESET))
         if LineFault.DELAY_FRAME in faults:
             self._late = [frame]
-            return late
-        return [frame, *late]
+            return []
+        if LineFault.HOLD_FRAME in faults:
+            self._held.append((faults[LineFault.HOLD_FRAME] - 1, frame))
+            return []
+        return [frame]
 
 
 def _noise(event: LineEvent) -> bytes:
@@ -240,6 +274,7 @@ class FaultyLine:
         self.write_timeout: float | None = None
         self.closed = False
         self.clock = clock
+        self.watch = Watch()
         self._chip, self._patience_s = chip, patience_s
         self._ways = {way: _OneWay([e for e in events if e.way is way]) for way in Way}
         # Frames in flight, each with its time of arrival.
@@ -279,6 +314,7 @@ class FaultyLine:
         part = bytes(self._received[:size])
         del self._received[:size]
         self.clock.now_s += self.BYTE_S * len(part)
+        self.watch.receive(part, self.clock.now_s)
         if part:
             self._silent_s = 0.0
         else:
@@ -290,10 +326,15 @@ class FaultyLine:
     def write(self, data: bytes, /) -> int:
         """Send ``data``."""
         self._check()
+        self.watch.send(bytes(data), self._ways[Way.TO_BOARD].sent)
         self._send(Way.TO_BOARD, bytes(data))
         self._check()
         self._arrive()
         return len(data)
+
+    def hold(self, data: bytes, frames: int) -> None:
+        """Let a frame of the board arrive before the ``frames``-th of its next frames."""
+        self._ways[Way.FROM_BOARD].hold(data, frames)
 
     def heal(self) -> None:
         """Discard all remaining faults; a lost port stays lost."""
@@ -355,7 +396,8 @@ class FaultyLine:
         while to_board and to_board[0][0] <= self.clock.now_s:
             frame = to_board.popleft()[1]
             self._send(Way.FROM_BOARD, self._chip.feed(frame.data, frame.reset))
-        while from_board and from_board[0][0] <= self.clock.now_s:
+        # One frame at a time, as bytes come from a line one after another.
+        while not self._received and from_board and from_board[0][0] <= self.clock.now_s:
             self._received += from_board.popleft()[1].data
 
     def _pass_time(self, deadline_s: float) -> None:

@@ -12,10 +12,10 @@ import numpy as np
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.protocol.codec import encode_frame
-from pathgene.hdl.protocol.codes import Command, LinkMode
+from pathgene.hdl.protocol.codes import Command, LinkMode, Status
 from pathgene.hdl.protocol.runs import WARM_SLOPES, RunOptions
 from pathgene.host.device.chip import Chip
-from pathgene.host.device.link import Link, RefusedError
+from pathgene.host.device.link import Link, LinkError, LinkTimeoutError, RefusedError
 from pathgene.host.errors import JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
@@ -34,6 +34,8 @@ from tools.faults.tracing import counted_lines, signal_of, signalled
 GENERATIONS = 50
 #: Number of generations between two checks of the whole population.
 _PER_CHECK = 10
+#: Works in which the chip also refuses requests, and in which the whole map is blocked at the end.
+_REFUSED = (3, 7)
 #: Maximum number of polls until a run must be over on a line without faults.
 _MOST_LOOKS = 10_000
 
@@ -57,6 +59,7 @@ def _breed(chip: Chip, seed: int, tell: Tell) -> None:
     """Use the paper core: map, generations in each mode, counts, reads."""
     config = chip.config
     rng = random.Random(seed)
+    is_refused = seed in _REFUSED
     heights = ground(config, seed)
     tell("map")
     chip.update_map(heights)
@@ -78,6 +81,8 @@ def _breed(chip: Chip, seed: int, tell: Tell) -> None:
             step = chip.step(rng.sample(range(config.population), config.population), mode)
             # In population mode, the origin is only known if a long reply was given up.
             tell((step.paths, None if mode is LinkMode.POPULATION else step.origin))
+            if is_refused:
+                tell(_refusal(chip))
             if generation % _PER_CHECK == 0:
                 found = chip.check_population(start, goal, counting=bool(rng.getrandbits(1)))
                 tell((found.verdicts, found.cells))
@@ -88,6 +93,15 @@ def _breed(chip: Chip, seed: int, tell: Tell) -> None:
         verdict = chip.check_path([start, *step.paths[0], goal], counting=True)
         tell((verdict.verdicts, verdict.cells))
     tell(chip.status()["generation"])
+
+
+def _refusal(chip: Chip) -> int:
+    """Send a request that the chip refuses; return the status. The session stays open."""
+    try:
+        chip.link.request(Command.READ, bytes((0, 0)))
+    except RefusedError as error:
+        return error.status
+    return Status.OK
 
 
 @cache
@@ -141,6 +155,9 @@ def _plan(chip: Chip, seed: int, tell: Tell) -> None:
         memo=64,
     )
     _run(task, warm, Evaluator(changed, threads=1), tell)
+    if seed in _REFUSED:
+        # The chip has to get every corner that it has not drawn itself.
+        chip.update_map(np.full((config.map_size,) * 2, config.blocked_altitude))
 
 
 def _run(task: ProblemOnChip, options: RunOptions, evaluator: Evaluator, tell: Tell) -> Any:
@@ -163,6 +180,9 @@ SESSIONS: dict[str, Session] = {"paper": _breed, "planner": _plan}
 _PATIENCE = {Board.MODEL: (0.25, 12), Board.SIM: (0.03, 12)}
 #: Packages of ``host`` whose lines Ctrl-C may meet.
 _PACKAGES = ("device",)
+
+#: Answers to INFO, OPEN and the first command.
+_ANSWERS_TO_OPEN = 3
 
 #: Maximum number of damaged bytes and frames after which no error is excused: the link repeats a
 #: command 12 times, and each damage costs it one or two of them.
@@ -226,6 +246,9 @@ class LineJudge(Judge):
         for number in range(1, case.sessions_before + 1):
             chip.feed(encode_frame(bytes((number % 256, 255, Command.OPEN))))
         line, link = self._connect(chip, case)
+        if case.sessions_before == 1:
+            # The earlier host's last answer is still under way.
+            line.hold(chip.feed(encode_frame(bytes((1, 0, Command.COUNTERS)))), _ANSWERS_TO_OPEN)
         opened: Chip | None = None
         try:
             with signalled(case.signal_at, _PACKAGES) as sent:
@@ -239,6 +262,9 @@ class LineJudge(Judge):
             if not _excuse(case, line):
                 raise
             verdict.outcome = type(error).__name__
+            self._check_patience(error, case, line)
+            if opened is not None:
+                _check_end(opened, chip)
         verdict.faults.update(event.fault.value for event in line.happened)
         verdict.faults["clock jump"] += len(case.jumps)
         if case.signal_at is not None:
@@ -246,7 +272,10 @@ class LineJudge(Judge):
         if opened is not None and case.resumes and verdict.outcome != "done":
             line.heal()
             try:
-                opened.reopen()
+                if case.seed % 3:
+                    opened.reopen()  # Otherwise update_map() does.
+                    _check_corner(opened, chip)
+                    _check_paths(opened, chip)
                 self._do(opened, case, chip)
                 verdict.outcome += ", resumed"
             except JobError:
@@ -266,6 +295,18 @@ class LineJudge(Judge):
         events = case.line if case else ()
         line = FaultyLine(chip, clock, events, patience_s=1.5 * attempts * timeout_s)
         return line, Link(line, timeout_s=timeout_s, attempts=attempts, clock=clock)
+
+    def _check_patience(self, error: JobError, case: Case, line: FaultyLine) -> None:
+        """Check that a link that gives up has waited, and has repeated its commands."""
+        is_full = any(event.fault is LineFault.FULL for event in line.happened)
+        if not isinstance(error, LinkTimeoutError) or is_full or case.jumps:
+            return
+        timeout_s, attempts = _PATIENCE[self.board]
+        waited_s = line.clock.now_s - line.watch.answered_s
+        if waited_s < 0.99 * attempts * timeout_s:
+            raise DifferentError(f"given up {waited_s:.2g} s after an answer")
+        if line.watch.asked < attempts - 1:
+            raise DifferentError(f"given up after {line.watch.asked} frames without an answer")
 
     def _do(self, opened: Chip, case: Case, chip: ChipOnLine) -> None:
         """Execute a session; a refusal is not a documented end, because all requests are valid."""
@@ -287,9 +328,38 @@ class LineJudge(Judge):
                 with counted_lines(_PACKAGES) as lines, Chip(link) as opened:
                     _session(name)(opened, work, told.append)
                 memory = chip.memory()
-            extent = Extent(line.sent, line.clock.readings, lines[0])
+            firsts = tuple(line.watch.firsts)
+            extent = Extent(line.sent, line.clock.readings, lines[0], firsts)
             self._kept[name, work] = _Usual(told, memory, extent)
         return self._kept[name, work]
+
+
+def _check_end(opened: Chip, chip: ChipOnLine) -> None:
+    """Check the host after an error: it has no session, and knows that a run may have begun."""
+    try:
+        opened.status()
+    except LinkError:
+        pass
+    else:
+        raise DifferentError("the session goes on after an error")
+    if chip.has_run() and not opened.runs.started:
+        raise DifferentError("the host has not counted a run")
+
+
+def _check_paths(opened: Chip, chip: ChipOnLine) -> None:
+    """Check that the host knows the population, or knows that it does not."""
+    right = chip.paths()
+    if right is not None and opened.paths != right:
+        raise DifferentError("the host's copy of the population is another than the chip's")
+
+
+def _check_corner(opened: Chip, chip: ChipOnLine) -> None:
+    """Check that the chip gets the height of a corner of the map."""
+    for height in (1, 2):
+        opened.upload_map(np.array([[height]]))
+        memory = chip.memory()
+        if memory and memory[0] != height:
+            raise DifferentError("the chip has another map than the host has sent")
 
 
 def _session(name: str) -> Session:

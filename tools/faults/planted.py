@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,8 @@ from pathgene.host.errors import InputError
 from pathgene.host.files import replacement
 from pathgene.host.files.disk import current
 from pathgene.sim.model.chip import Chip
+from tools.faults.blind import BLIND
+from tools.faults.edits import edited
 
 
 #: The place of a session in the reply to INFO is the same for all chips.
@@ -330,7 +333,7 @@ PLANTED: dict[str, Callable[[], Patch]] = {
         _given_up_at_the_first_silence,
         _last_session_resumed,
     )
-}
+} | {name: functools.partial(edited, edit) for name, edit in BLIND.items()}
 
 
 def planted(name: str) -> Patch:

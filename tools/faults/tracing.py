@@ -41,7 +41,8 @@ def signalled(at: int | None, packages: tuple[str, ...]) -> Iterator[list[signal
     """
     sent: list[signal.Signals] = []
     if at is None:
-        yield sent
+        with _handlers_kept():
+            yield sent
         return
     left = iter(range(at, -1, -1))
 
@@ -53,7 +54,7 @@ def signalled(at: int | None, packages: tuple[str, ...]) -> Iterator[list[signal
     # A background process may have been started with some of them ignored.
     before = {number: signal.signal(number, signal.SIG_DFL) for number in SIGNALS}
     try:
-        with caught():
+        with _handlers_kept(), caught():
             for number in SIGNALS:
                 if signal.getsignal(number) is signal.SIG_DFL:
                     raise DifferentError(f"{number.name} is not handled")
@@ -62,6 +63,18 @@ def signalled(at: int | None, packages: tuple[str, ...]) -> Iterator[list[signal
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@contextlib.contextmanager
+def _handlers_kept() -> Iterator[None]:
+    """Check that the handlers of the signals are the same after the block as before."""
+    before = {number: signal.getsignal(number) for number in SIGNALS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            if signal.getsignal(number) is not handler:
+                raise DifferentError(f"{number.name} keeps another handler")
 
 
 @contextlib.contextmanager

@@ -3,6 +3,7 @@
 import pytest
 
 from tools.faults.__main__ import main
+from tools.faults.blind import BLIND
 from tools.faults.campaign import Campaign, case_of, judge_of, run, sessions
 from tools.faults.case import Case
 from tools.faults.chips import Board
@@ -22,14 +23,14 @@ def test_sessions_on_the_model_keep_everything():
     assert any(outcome.startswith("interrupted") for outcome in done.outcomes)
 
 
-#: The first seed whose session notices each planted bug.
+#: The first seed whose session noticed each planted bug when it was planted.
 NOTICED = {
     "lost acknowledgement accepted": 0,
     "sequence number reused": 0,
     "checksum ignored": 36,
     "board taken back in silence": 5,
-    "map believed after a reset": 21,
-    "map known before it is acknowledged": 127,
+    "map believed after a reset": 35,
+    "map known before it is acknowledged": 167,
     "no limit of silence": 60,
     "command repeated by the chip": 0,
     "file written in its place": 4,
@@ -45,9 +46,9 @@ NOTICED = {
     "obsolete files left": 4,
     "hidden files left": 9,
     "stored runs not read": 3,
-    "signal forgotten": 48,
+    "signal forgotten": 59,
     "given up at the first silence": 0,
-    "last session resumed": 236,
+    "last session resumed": 645,
 }
 
 
@@ -75,11 +76,54 @@ def test_a_replay_tells_the_fewest_faults(capsys, monkeypatch):
     assert not judge.judge(least).violation
 
 
+#: A seed below 1,000 whose session notices each bug that was chosen without the simulator.
+BLIND_NOTICED = {
+    "signal handlers not restored after an error": 9,
+    "copy of the population kept after a failed step": 445,
+    "batch stays open after an error": 167,
+    "answers of an earlier session accepted": 112,
+    "chip: OUT_OF_ORDER has the number of the frame": 2,
+    "session 0 not skipped": 281,
+    "chip: a late OPEN restarts the order": 260,
+    "signal between the disk and the count of a run": 238,
+    "late answers after a refusal not awaited": 120,
+    "stored runs not locked": 3,
+    "INFO and OPEN asked without limit": 332,
+    "all tasks repeated after the death of a process": 258,
+    "only copy of an older file removed": 209,
+    "copy of the population kept after a failed load": 631,
+    "chip: a refused command uses up its number": 15,
+    "session kept after an error": 60,
+    "shorter form never used": 135,
+    "names not synced before obsolete files go": 614,
+    "sequence numbers wrap one early": 135,
+    "older file moved away instead of linked": 19,
+    "last file renamed before obsolete files go": 209,
+    "torn line not ended": 3,
+    "refusal taken for an answer": 15,
+    "failed sync of a run swallowed": 3,
+    "update_map opens no new session": 570,
+    "credit not returned after a silence": 60,
+}
+#: Every fourth is tried each time.
+SAMPLED = list(BLIND_NOTICED.items())[::4]
+#: Bugs that no session has noticed; docs/reliability.md names them.
+UNNOTICED = {
+    "silences not forgotten after progress",
+    "OPEN has the number of the first command",
+    "batch forgets its losses before it is sent",
+    "box of a drawn zone noted as blocked",
+    "run counted only after its answer",
+    "earlier run not ended by reopen",
+}
+
+
 def test_every_planted_bug_has_a_seed():
-    assert set(NOTICED) == set(PLANTED)
+    assert {*NOTICED, *BLIND_NOTICED, *UNNOTICED} == set(PLANTED)
+    assert {*BLIND_NOTICED, *UNNOTICED} == set(BLIND)
 
 
-@pytest.mark.parametrize(("bug", "seed"), NOTICED.items())
+@pytest.mark.parametrize(("bug", "seed"), [*NOTICED.items(), *SAMPLED])
 def test_a_planted_bug_is_noticed(bug, seed):
     """When draws or sessions change, the long test below tells the new seeds."""
     [(_, without)] = run(Board.MODEL, [seed], jobs=1)
@@ -88,11 +132,19 @@ def test_a_planted_bug_is_noticed(bug, seed):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("bug", PLANTED)
+@pytest.mark.parametrize("bug", NOTICED)
 def test_a_planted_bug_is_noticed_within_a_thousand_seeds(bug):
     cases = run(Board.MODEL, range(1000), jobs=1, bug=bug)
     first = next(case.seed for case, verdict in cases if verdict.violation)
-    assert first == NOTICED[bug]
+    assert first <= NOTICED[bug]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("bug", "seed"), [each for each in BLIND_NOTICED.items() if each not in SAMPLED]
+)
+def test_a_bug_chosen_without_the_simulator_is_noticed(bug, seed):
+    test_a_planted_bug_is_noticed(bug, seed)
 
 
 def test_a_session_on_the_verilated_chip():

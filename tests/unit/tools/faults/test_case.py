@@ -13,7 +13,9 @@ from tools.faults.line import LineEvent, LineFault, Way
 from tools.faults.tracing import SIGNALS, signal_of
 
 
-EXTENT = Extent({Way.TO_BOARD: 20_000, Way.FROM_BOARD: 10_000}, readings=500, lines=9_000)
+EXTENT = Extent(
+    {Way.TO_BOARD: 20_000, Way.FROM_BOARD: 10_000}, readings=500, lines=9_000, firsts=(17_000,)
+)
 
 
 def drawn(seed):
@@ -36,6 +38,12 @@ def test_every_fault_is_drawn():
     assert {event.way for case in cases for event in case.line} == set(Way)
     assert {case.sessions_before for case in cases} == {0, 1, 254, 255}
     assert any(case.jumps for case in cases)
+    resets = [
+        case
+        for case in cases
+        if any(event.fault is LineFault.RESET and event.at == 17_000 for event in case.line)
+    ]
+    assert {case.sessions_before for case in resets} == {255}
     assert any(case.signal_at is not None for case in cases)
     assert {case.resumes for case in cases} == {True, False}
     # Some sessions have only a signal as a fault, or none at all.
@@ -54,6 +62,7 @@ def test_every_signal_and_every_fault_of_the_disk_is_drawn():
     assert {fault.error for fault in faults if not fault.kill} == errors
     assert any(fault.kill and not fault.power for fault in faults)
     assert any(fault.kill and fault.power for fault in faults)
+    assert any(fault.lasting and fault.calls for fault in faults)
     assert any(case.death_after is not None for case in cases)
 
 

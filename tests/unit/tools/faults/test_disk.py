@@ -58,6 +58,15 @@ def test_a_full_disk_still_renames_and_removes(tmp_path):
     disk.unlink(tmp_path / "file")
 
 
+def test_a_lasting_fault_ends_after_some_calls(tmp_path):
+    disk = FaultyDisk(1, error=errno.EIO, lasting=True, calls=2)
+    for _ in range(2):
+        with pytest.raises(OSError, match="Input/output error"):
+            disk.create(tmp_path / "new")
+    write(disk, tmp_path)
+    assert disk.refused == ["create new"] * 2
+
+
 @pytest.mark.parametrize("options", [{"kill": True}, {"lasting": True, "error": errno.EROFS}])
 def test_other_disks_refuse_every_later_call(tmp_path, options):
     (tmp_path / "new").write_bytes(b"")

@@ -77,6 +77,25 @@ def test_a_late_frame_arrives_behind_the_next():
     assert passed(at(0, LineFault.DELAY_FRAME))[0] == [b"second\0", b"first\0", b"third\0"]
 
 
+def test_a_held_frame_arrives_before_a_later_one():
+    events = at(0, LineFault.HOLD_FRAME, 2)
+    assert passed(events)[0] == [b"second\0", b"first\0", b"third\0"]
+
+
+def test_long_frames_are_lost_from_a_moment_on():
+    frames = [b"a long one\0", b"a\0", b"another long one\0", b"b\0"]
+    lost = at(3, LineFault.LOSE_LONG, 6)
+    assert passed(lost, frames=frames)[0] == [b"a\0", b"b\0"]
+
+
+def test_frames_arrive_one_by_one():
+    line = FaultyLine(Recorder(), VirtualClock())
+    line.timeout = 0.01
+    for frame in FRAMES:
+        line.write(frame)
+    assert [line.read(line.in_waiting) for _ in FRAMES] == FRAMES
+
+
 def test_noise_is_as_long_as_it_says_and_always_the_same():
     fed = passed(at(2, LineFault.NOISE, 40))[0]
     assert len(fed[0]) == len(FRAMES[0]) + 40
@@ -105,7 +124,7 @@ def test_a_healed_line_passes_what_was_held_back():
     line.write(FRAMES[0])
     line.heal()
     line.write(FRAMES[1])
-    assert line.read(13) == FRAMES[0] + FRAMES[1]
+    assert [line.read(13), line.read(13)] == FRAMES[:2]
 
 
 @pytest.mark.parametrize("way", list(Way))

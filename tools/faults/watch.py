@@ -1,0 +1,63 @@
+"""The answers that a host receives, read from the line, and the numbers of its commands."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from pathgene.hdl.protocol.codec import Frame, FrameError, FrameSplitter, decode_frame
+from pathgene.hdl.protocol.codes import Command, Status
+
+
+#: Answers that are remembered: more than can be under way at once.
+_REMEMBERED = 64
+
+
+class Watch:
+    """What a link has to show for itself when it gives up: its latest new answer, and its frames.
+
+    Attributes
+    ----------
+    answered_s : float
+        Time at which the host received the latest answer that it did not have before.
+    asked : int
+        Number of frames that the host has sent since.
+    firsts : list of int
+        Number of the byte, in the session, with which each command number 0 after the first begins.
+    """
+
+    def __init__(self) -> None:
+        self.answered_s = 0.0
+        self.asked = 0
+        self.firsts: list[int] = []
+        self._answers: deque[bytes] = deque(maxlen=_REMEMBERED)
+        self._received, self._sent = FrameSplitter(), FrameSplitter()
+        self._wraps = False
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        """Note bytes that the host receives."""
+        for body, _ in _frames(self._received, data):
+            if body[2] == Status.OK and body[:2] not in self._answers:
+                self._answers.append(body[:2])
+                self.answered_s, self.asked = now_s, 0
+
+    def send(self, data: bytes, at: int) -> None:
+        """Note a frame of the host, whose first byte has the number ``at``."""
+        self.asked += 1
+        for body, is_plain in _frames(self._sent, data):
+            if is_plain or body[2] == Command.OPEN:
+                self._wraps = False
+            elif body[1] == 0 and self._wraps:
+                self.firsts.append(at)
+                self._wraps = False
+            elif body[1] == 255:
+                self._wraps = True
+
+
+def _frames(splitter: FrameSplitter, data: bytes) -> list[Frame]:
+    frames = []
+    for encoded in splitter.feed(data):
+        try:
+            frames.append(decode_frame(encoded))
+        except FrameError:
+            continue
+    return frames

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterable, Iterator
 from typing import Any
 
@@ -18,6 +19,7 @@ __all__ = [
     "EDGE_M",
     "Ring",
     "add_edges",
+    "crosses_itself",
     "edges",
     "nodes_inside",
     "plain",
@@ -26,6 +28,10 @@ __all__ = [
     "ring_of",
 ]
 
+# A turn this close to a half turn is the tip of a spike, to either side by rounding.
+_SPIKE_RAD = 1e-6
+# No ring of three edges crosses itself.
+_FEWEST_EDGES = 4
 # Nodes this close to an edge are on it: products like 7 * 30.87 are rounded, borders are not.
 EDGE_M = 1e-6
 
@@ -134,3 +140,22 @@ def add_edges(
         square = ex * ex + ey * ey
         along = np.clip((px * ex + py * ey) / square, 0, 1) if square > 0 else 0.0
         inside[south:north, west:east] |= np.hypot(px - along * ex, py - along * ey) <= EDGE_M
+
+
+def crosses_itself(ring: Ring) -> bool:
+    """Return whether a ring (x, y) certainly crosses itself: it does not turn once as a whole.
+
+    A ring with a spike is not judged, nor is one whose loops turn once together.
+    """
+    corners = np.array(ring, dtype=np.float64)
+    edges = np.diff(corners, axis=0, append=corners[:1])
+    edges = edges[np.abs(edges).sum(axis=1) > 0]
+    if len(edges) < _FEWEST_EDGES:
+        return False
+    after = np.roll(edges, -1, axis=0)
+    turns = np.arctan2(
+        edges[:, 0] * after[:, 1] - edges[:, 1] * after[:, 0], (edges * after).sum(axis=1)
+    )
+    if np.abs(turns).max() > math.pi - _SPIKE_RAD:
+        return False
+    return round(abs(float(turns.sum())) / math.tau) != 1

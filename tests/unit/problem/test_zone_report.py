@@ -1,6 +1,7 @@
 """The report on files of zones."""
 
 import json
+import math
 from datetime import UTC, datetime
 
 import numpy as np
@@ -402,3 +403,47 @@ def test_an_edge_that_went_the_short_way_is_a_warning(monkeypatch, west, east, i
         "an edge of more than 180 degrees of longitude went the short way round the Earth, so its "
         'zone misses the map; divide the edge: feature 2, "wide".'
     ] * is_doubtful
+
+
+SQUARE = [(1000.0, 1000.0), (2000.0, 1000.0), (2000.0, 2000.0), (1000.0, 2000.0)]
+STAR = [
+    (1500.0 + 500.0 * math.sin(0.8 * math.pi * i), 1500.0 + 500.0 * math.cos(0.8 * math.pi * i))
+    for i in range(5)
+]
+
+
+@pytest.mark.parametrize(
+    ("corners", "is_named"),
+    [
+        (SQUARE, False),
+        (SQUARE[::-1], False),
+        ([*SQUARE, SQUARE[0]], False),
+        # A concave corner, and a spike.
+        ([*SQUARE, (1400.0, 1500.0)], False),
+        ([*SQUARE[:2], (2500.0, 1000.0), *SQUARE[1:]], False),
+        (SQUARE * 2, True),
+        ([*SQUARE, *SQUARE, SQUARE[0]], True),
+        (STAR, True),
+        ([SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3]], True),
+    ],
+    ids=[
+        "square",
+        "clockwise",
+        "closed",
+        "concave",
+        "spike",
+        "twice",
+        "twice-closed",
+        "star",
+        "bow",
+    ],
+)
+def test_an_outline_that_crosses_itself_is_a_warning(monkeypatch, corners, is_named):
+    lat, lon = TERRAIN.to_geographic(*np.array(corners).T)
+    rings = (tuple(zip(lon.tolist(), lat.tolist(), strict=True)),)
+    found = read(monkeypatch, Feature(1, "R-7", rings))
+    sentence = (
+        "airspace.txt: the outline crosses itself or goes round twice, and ground that it encloses "
+        "twice is not forbidden: feature 1, \"R-7\"."
+    )
+    assert (sentence in said(found, Grade.WARNING)) == is_named

@@ -76,7 +76,12 @@ def agl(metres):
             amsl(2),
             [],
         ),
-        ({"lower": "GND", "upper": "400 ft", "unit": "ft", "ref": "AGL"}, agl(0), agl(121.92), []),
+        (
+            {"lower": "GND", "upper": "400 ft", "unit": "ft", "ref": "AGL"},
+            agl(0),
+            agl(121.92),
+            ["lower 'GND' is read as the ground below the zone"],
+        ),
         (
             {"lower": "0", "upper": " 600 "},
             amsl(0),

@@ -192,7 +192,7 @@ def test_progress_and_limits_are_looked_at_during_a_run(evaluator, monkeypatch):
     monkeypatch.setattr(Runs, "status", status)
     monkeypatch.setattr(Runs, "best_if_over", lambda runs: best(runs) if "stop" in said else None)
     monkeypatch.setattr(Runs, "stop", lambda runs: said.append("stop"))
-    options = Options(generations=1_000_000, time_limit_s=0.5)
+    options = Options(generations=1_000_000, time_limit_s=2.0)
     ChipGeneticPlanner(chip_ms=1).plan(evaluator, options, lambda *row: seen.append(row))
     assert said.count("stop") == 1
     assert [generation for generation, _, _ in seen[:3]] == [0, 10, 20]

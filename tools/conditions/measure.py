@@ -14,7 +14,7 @@ from typing import Any
 from tools.conditions.decisions import instrument
 from tools.conditions.pairs import lacking
 from tools.conditions.plugin import VARIABLE
-from tools.conditions.rooms import ROOMS, ROOT, Room, files_of, module_of
+from tools.conditions.rooms import LEAST_PERCENT, ROOMS, ROOT, Room, files_of, module_of
 
 
 __all__ = ["GROUPS", "Row", "measure", "rows"]
@@ -39,7 +39,12 @@ GROUPS = {
     "problem": ("tests/unit/problem",),
     "terrain": ("tests/unit/terrain",),
     "formats": ("tests/unit/formats",),
-    "mission": ("tests/unit/mission",),
+    "mission": (
+        *("-m", "not long"),
+        "tests/unit/mission",
+        *(f"tests/cli/test_{name}.py" for name in ("batch", "export", "problem_files")),
+        "tests/unit/pathgene/test_api.py",
+    ),
 }
 # Groups that plan, which would take hours without the compiler; their rooms have no kernels.
 _COMPILED = ("mission",)
@@ -71,7 +76,6 @@ _LEFT_OUT = (
     f"{_EVALUATION}_zones.py::test_polygon_of_many_corners",
     "tests/unit/formats/test_ed318_rules.py::test_random_documents",
     "tests/unit/formats/test_large_files.py",
-    "tests/unit/mission/autopilot",
     "tests/unit/problem/test_planned_zones.py",
     "tests/unit/problem/test_planted_zone_faults.py",
     "tests/unit/problem/test_many_corners.py",
@@ -103,7 +107,7 @@ class Row:
     def is_enough(self) -> bool:
         """True if the room has the branches, and where needed the pairs, that it must have."""
         has_pairs = self.paired == self.conditions or not self.room.needs_pairs
-        return self.percent >= self.room.least_percent and has_pairs
+        return self.percent >= LEAST_PERCENT and has_pairs
 
 
 def measure(groups: Collection[str] = GROUPS.keys(), workers: int = 1) -> bool:

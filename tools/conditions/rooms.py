@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 
-__all__ = ["ROOMS", "ROOT", "Room", "files_of", "module_of"]
+__all__ = ["LEAST_PERCENT", "ROOMS", "ROOT", "Room", "files_of", "module_of"]
 
 ROOT = Path(__file__).resolve().parents[2]
+#: Minimum share of a room's branches that tests must run.
+LEAST_PERCENT = 95.0
 
 
 @dataclass(frozen=True)
@@ -22,14 +24,11 @@ class Room:
         Files and folders; a file that an earlier room names is not in this one.
     needs_pairs : bool
         True if each condition needs a pair.
-    least_percent : float
-        Minimum share of the branches that tests must run.
     """
 
     name: str
     paths: tuple[str, ...]
     needs_pairs: bool = False
-    least_percent: float = 95.0
 
 
 _VERDICT = (
@@ -47,8 +46,6 @@ _VERDICT = (
     "zones",
 )
 
-_MISSION = ("batch", "build", "export", "legs", "mission", "plan", "planning", "problem_file")
-
 #: The first room is every module that gives the strict verdict on a path.
 ROOMS = (
     Room("strict rule", tuple(f"host/evaluation/{name}.py" for name in _VERDICT), needs_pairs=True),
@@ -59,13 +56,7 @@ ROOMS = (
     Room("problem", ("host/problem",)),
     Room("terrain", ("host/terrain",)),
     Room("formats", ("host/formats",)),
-    # Its folder `autopilot` sends finished plans.
-    Room(
-        "mission",
-        tuple(f"host/mission/{name}.py" for name in _MISSION),
-        # Tests of the command line run the rest in processes of their own.
-        least_percent=80.0,
-    ),
+    Room("mission", ("host/mission",)),
 )
 
 

@@ -269,7 +269,9 @@ def _send(link: Link, mission_type: int, items: Sequence[WireItem]) -> bool:
             return True
         number = message.seq
         if number >= len(items):
-            break
+            raise ListError(
+                f"The autopilot asks for item {number} of the {name}, which has {len(items)} items"
+            )
         sent = max(sent, number + 1)
         send = partial(hand_over, number)
     raise ListError(f"The autopilot repeats its requests for the same items of the {name}")

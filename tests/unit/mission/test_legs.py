@@ -9,7 +9,8 @@ import pytest
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.mission.legs import JoinedEvaluator, reason_of_joint
 from pathgene.host.mission.mission import Mission
-from pathgene.host.mission.planning import plan_mission
+from pathgene.host.mission.planning import _heading_deg, _joined_evaluator, plan_mission
+from pathgene.host.planners.base import Stop
 from pathgene.host.planning import Search
 from pathgene.host.problem.aircraft import load
 from pathgene.host.problem.problem import Problem
@@ -96,6 +97,18 @@ def test_populations_are_evaluated_the_same_way(evaluators):
     assert (counted > 1).tolist() == [False, True]
 
 
+def test_an_aircraft_that_stalls_in_its_turns_gets_no_penalty_for_a_joint():
+    """The turn radius is infinite, and the penalty of each path stays finite."""
+    terrain = Terrain("flat", np.full((31, 41), 100.0), 100, 100)
+    weak = dataclasses.replace(load("silver-fox"), lift_coefficient_max=0.1)
+    mission = Mission(Problem(terrain, START, GOAL, weak), [VIA])
+    joined = JoinedEvaluator(mission.leg(1), np.array([START]), mission.whole)
+    back = np.array([VIA, (600.0, 600.0, 300.0), GOAL])
+    together = Evaluator(mission.whole).evaluate(np.array([START, *back]))
+    assert not together.feasible
+    assert joined.evaluate(back).penalty == together.penalty
+
+
 #: A lane from the west edge of the map.
 LANE = lane(-50, 2500)
 EAST, END_OF_LANE = (3500.0, 2000.0, 250.0), (300.0, 2000.0, 250.0)
@@ -170,6 +183,50 @@ def test_legs_with_fuel_enough_for_each_alone(terrain):
         "Every leg has a feasible path, but the path of all legs breaks the limit fuel, "
     )
     assert plan.reason.sentence.endswith("; move a via point, or split the mission there.")
+
+
+def test_a_stop_after_the_last_leg_plans_no_leg_again(terrain):
+    fox = load("silver-fox")
+    start, goal = (300.0, 500.0, 250.0), (3600.0, 500.0, 250.0)
+    straight = Evaluator(Problem(terrain, start, goal, fox)).evaluate(np.array([start, goal]))
+    small = dataclasses.replace(fox, fuel_weight_N=0.8 * straight.fuel_N / 0.9)
+    mission = Mission(Problem(terrain, start, goal, small), [(1950.0, 500.0, 250.0)])
+
+    def legs_planned(is_stopped):
+        stop, made = Stop(), []
+
+        def evaluator(problem):
+            made.append(problem)
+            if problem is mission.whole and is_stopped:
+                stop.request()
+            return Evaluator(problem)
+
+        plan = plan_mission(mission, Search("astar"), stop=stop, evaluator=evaluator)
+        assert [leg.feasible for leg in plan.legs] == [True, True]
+        assert not plan.evaluation.feasible
+        return len(made) - 1
+
+    assert legs_planned(is_stopped=False) == 4
+    assert legs_planned(is_stopped=True) == 2
+
+
+def test_a_leg_is_planned_alone_after_a_glide_that_burns_no_fuel(terrain):
+    """The costs of both together would have no reference."""
+    start, via, goal = (500.0, 500.0, 250.0), (2000.0, 500.0, 250.0), (3500.0, 500.0, 250.0)
+    mission = Mission(Problem(terrain, start, goal, as_paper=True), [via])
+    leg = mission.leg(1)
+    for height_m, has_reference in ((250.0, True), (900.0, False)):
+        before = np.array([start, (1500.0, 500.0, height_m), via])
+        found = _joined_evaluator(mission, leg, before, 60.0, Evaluator(leg))
+        assert (found is not None) is has_reference
+
+
+def test_the_heading_of_a_path_is_that_of_its_first_level_run(terrain):
+    problem = Problem(terrain, EAST, END_OF_LANE)
+    upwards = [(500.0, 500.0, 200.0), (500.0, 500.0, 300.0)]
+    assert _heading_deg(problem, np.array(upwards)) is None
+    assert _heading_deg(problem, np.array([*upwards, (900.0, 500.0, 300.0)])) == 90
+    assert _heading_deg(problem, np.array([*upwards, (900.0, 500.0, 300.0)]), backwards=True) == -90
 
 
 @pytest.mark.parametrize("planner", ["astar", "ga-pc"])

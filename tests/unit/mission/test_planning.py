@@ -5,10 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from pathgene.host.errors import JobError
+from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.mission.legs import MissionPlan, shortcoming
 from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.plan import plan as plan_by_function
 from pathgene.host.mission.planning import plan_mission
 from pathgene.host.planners.base import Stop
 from pathgene.host.planning import Plan, Search
@@ -167,8 +168,25 @@ def test_legs_of_few_rows_are_counted_and_drawn(terrain, tmp_path):
 
 
 def test_the_same_seed_gives_the_same_path(terrain):
-    paths = [plan_mission(mission(terrain), search(5)).path for _ in range(2)]
-    np.testing.assert_array_equal(*paths)
+    options = {"seed": 3, "generations": 5, "init": "astar", "fallback": "none"}
+    by_function = plan_by_function(mission(terrain), "ga-pc", **options)
+    assert [leg.name for leg in by_function.legs] == [
+        mission(terrain).name_of(leg) for leg in (0, 1)
+    ]
+    np.testing.assert_array_equal(plan_mission(mission(terrain), search(5)).path, by_function.path)
+
+
+def test_a_mission_as_paper_is_evaluated_by_the_papers(terrain):
+    as_paper = mission(terrain, as_paper=True)
+    plan = plan_mission(as_paper, search(2))
+    assert plan.evaluation == Evaluator(as_paper.whole).evaluate(plan.path)
+    assert all(leg.plan.evaluation.flight_time_s is None for leg in plan.legs)
+    assert plan.summary["as_paper"]
+
+
+def test_a_mission_is_not_replanned_as_one(planned):
+    with pytest.raises(InputError, match=r"^A plan of several legs cannot be replanned as one; "):
+        planned[0].replan()
 
 
 def test_a_single_leg_is_a_plain_plan(terrain):
@@ -215,6 +233,15 @@ def test_a_leg_that_fails_leaves_those_planned_before(terrain):
 def test_a_first_leg_that_fails_leaves_nothing(terrain):
     with pytest.raises(JobError, match=r"^The board is lost\.$"):
         plan_mission(mission(terrain), FailsFrom(0))
+
+
+def test_an_interrupt_that_nobody_catches_ends_the_mission(terrain):
+    def progress(generation, best, mean):
+        if generation == 8:  # In the second leg.
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        plan_mission(mission(terrain), search(5), progress=progress)
 
 
 def test_a_stop_in_the_second_leg_keeps_the_first(terrain):

@@ -10,7 +10,13 @@ import pytest
 from pathgene.host.cli.parser import build_parser
 from pathgene.host.errors import InputError
 from pathgene.host.mission.build import mission_of, search_of
-from pathgene.host.mission.problem_file import markdown, read_problem, save_problem, template
+from pathgene.host.mission.problem_file import (
+    markdown,
+    problem_text,
+    read_problem,
+    save_problem,
+    template,
+)
 from pathgene.host.options.table import NAMED, OPTIONS, TABLES, keys_of
 from pathgene.host.problem.zones import Circle, Polygon
 
@@ -280,6 +286,18 @@ def test_strings_survive(tmp_path):
     name = 'a "b" \\ é \x7f \t 飛'
     save_problem(tmp_path / "p.toml", {"zones": [{"circle": (1.0, 2.0, 3.5), "name": name}]})
     assert read_problem(tmp_path / "p.toml")["zones"][0]["name"] == name
+
+
+def test_the_table_of_an_aircraft_survives(written, tmp_path):
+    values = written(f"[aircraft]\n{GLIDER.replace('[sources]', '[aircraft.sources]')}")
+    save_problem(tmp_path / "copy.toml", values)
+    assert read_problem(tmp_path / "copy.toml") == values
+    assert values["uav"]["name"] == "My glider"
+
+
+def test_refuses_a_name_that_no_file_can_hold(tmp_path):
+    with pytest.raises(InputError, match=r"^A problem file cannot hold .*udcff.*; rename the fil"):
+        problem_text({"terrain": str(tmp_path / "\udcff.npy")}, tmp_path)
 
 
 def test_the_page_is_the_table():

@@ -49,6 +49,12 @@ class OwnAutopilot(threading.Thread):
         "lost", for a message that does not arrive.
     asks_twice_after_s : float or None
         It asks for item 2 again after this time, like an autopilot that receives it late.
+    asks_for : callable
+        Maps the number of the item that it needs to the number that it asks for.
+    mixes_lists : bool
+        It first answers a request for the mission by the size of the fence, and the reverse.
+    keeps_home : bool
+        Home stays when its mission is cleared.
     loses : callable
         Sees each acknowledgement, result and kind, and tells whether it is lost.
     """
@@ -64,6 +70,8 @@ class OwnAutopilot(threading.Thread):
         self.breaks = lambda _message: None
         self.loses = lambda _result, _kind: False
         self.asks_by = "mission_request_int_send"
+        self.asks_for = lambda number: number
+        self.mixes_lists = self.keeps_home = False
         self.has_fences = True
         self.moves_home = False
         self.upload_timeout_s = 8.0
@@ -117,7 +125,7 @@ class OwnAutopilot(threading.Thread):
                 if self.kind == ARDUPILOT and (runs or is_busy):
                     self._acknowledge(to, ERROR, kind)
                 else:
-                    self.lists[kind] = []
+                    self.lists[kind] = self.lists[kind][: self.keeps_home and kind == 0]
                     self._acknowledge(to, ACCEPTED, kind)
             case "MISSION_COUNT":
                 self.receiving = (kind, message.count, [], time.monotonic())
@@ -131,6 +139,8 @@ class OwnAutopilot(threading.Thread):
             case "MISSION_REQUEST_LIST" | "MISSION_REQUEST_INT" if is_busy:
                 self._acknowledge(to, DENIED, kind)
             case "MISSION_REQUEST_LIST":
+                if self.mixes_lists:
+                    self._link.mav.mission_count_send(*to, len(self.lists[1 - kind]), 1 - kind)
                 count = min(self.keeps, len(self.lists[kind]))
                 self._link.mav.mission_count_send(*to, count, kind)
             case "MISSION_REQUEST_INT":
@@ -179,7 +189,7 @@ class OwnAutopilot(threading.Thread):
             self._link.mav.mission_ack_send(*to, result, kind)
 
     def _ask(self, to, number, kind):
-        getattr(self._link.mav, self.asks_by)(*to, number, kind)
+        getattr(self._link.mav, self.asks_by)(*to, self.asks_for(number), kind)
         if self.asks_twice_after_s is not None and number == 2:
             time.sleep(self.asks_twice_after_s)
             getattr(self._link.mav, self.asks_by)(*to, number, kind)

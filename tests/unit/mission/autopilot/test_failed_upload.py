@@ -273,6 +273,16 @@ def test_clears_on_the_ground_what_cannot_be_restored(loaded, pair):
     )
 
 
+def test_home_of_ardupilot_may_stay_when_its_mission_is_cleared(own, pair):
+    own.kind = KINDS["ardupilot"]
+    own.keeps_home = True
+    uploaded(own, pair[0])
+    own.breaks = refuse_items
+    sentence = failure(own, pair[1])
+    assert len(own.lists[0]) == 1
+    assert "; the autopilot now holds no mission, because the earlier one could not" in sentence
+
+
 def test_clears_nothing_of_an_aircraft_with_running_motors(loaded, pair):
     loaded.armed = True
     cleared = []
@@ -351,6 +361,16 @@ def test_changes_nothing_if_the_earlier_list_cannot_be_read(loaded, pair, kind):
     loaded.breaks = Break("MISSION_REQUEST_LIST", kind, 1, ERROR)
     assert "because it does not give its list (error); " in failure(loaded, pair[1])
     assert content(loaded) == before
+
+
+def test_changes_nothing_if_the_autopilot_never_says_how_long_its_list_is(own, pair):
+    own.breaks = Break("MISSION_REQUEST_LIST", 1, 1, "lost", 10_000)
+    assert failure(own, pair[1]).startswith(
+        "The autopilot holds a fence that could not be restored, because it does not give its list "
+        "(0 of ? items); nothing is uploaded, "
+    )
+    assert own.breaks.seen == 5
+    assert own.lists == {0: [], 1: []}
 
 
 def test_waits_for_the_end_of_an_upload_that_somebody_broke_off(own, pair):

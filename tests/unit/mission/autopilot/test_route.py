@@ -17,8 +17,9 @@ GROUND = Terrain("plain", np.zeros((101, 101)), 50.0, 50.0)
 SPEED_M_S, TURN_RADIUS_M = 23.0, 150.0  # The Silver Fox's.
 
 
-def track_of(path, radius_m=TURN_RADIUS_M):
-    return SmoothedTrack(smooth(np.asarray(path, float), radius_m).pieces, GROUND)
+def track_of(path, radius_m=TURN_RADIUS_M, goal_heading=None):
+    smoothed = smooth(np.asarray(path, float), radius_m, (None, goal_heading))
+    return SmoothedTrack(smoothed.pieces, GROUND)
 
 
 def random_track(seed, radius_m):
@@ -81,6 +82,23 @@ def test_has_the_tangent_points_of_an_arc():
     points = columns(route(track, 2.0))
     for tangent in (arc.start, arc.points(np.array([1.0]))[0]):
         assert np.abs(points - tangent).sum(axis=1).min() < 1e-6
+
+
+def test_two_arcs_share_the_waypoint_between_them():
+    track = track_of([(0, 0, 100), (1000, 0, 100), (1000, 300, 100), (2000, 300, 100)])
+    points = columns(route(track, 2.0))
+    assert np.hypot(*np.diff(points, axis=0)[:, :2].T).min() > 1
+    assert (np.abs(points - (1000, 150, 100)).sum(axis=1) < 1e-6).sum() == 1
+
+
+@pytest.mark.parametrize("turn_rad", [0.01, 0.5 * math.pi])
+def test_ends_where_the_turn_to_the_heading_at_the_goal_ends(turn_rad):
+    """The smaller turn is too short for waypoints where its arc begins and ends."""
+    heading = (math.cos(turn_rad), math.sin(turn_rad))
+    track = track_of([(0, 0, 100), (2000, 0, 100)], goal_heading=heading)
+    beyond_m = TURN_RADIUS_M * math.tan(0.5 * turn_rad)
+    end = (2000 + beyond_m * heading[0], beyond_m * heading[1], 100)
+    assert np.allclose(columns(route(track, 2.0))[-1], end, atol=1e-6, rtol=0)
 
 
 def test_the_track_keeps_every_acceptance_radius():

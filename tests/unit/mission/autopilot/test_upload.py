@@ -195,6 +195,31 @@ def test_refuses_a_shorter_list(own, plans):
     )
 
 
+def test_the_size_of_the_other_list_is_no_answer(own, plans):
+    plan = next(plan for plan in plans if plan.fence)
+    own.mixes_lists = True
+    done = uploaded(own, plan)
+    assert (done.mission_items, done.fence_items) == (len(own.lists[0]), len(own.lists[1]))
+    assert len(own.lists[0]) != len(own.lists[1])
+
+
+@pytest.mark.parametrize(
+    ("number", "sentence"),
+    [
+        (99, "The autopilot asks for item 99 of the mission, which has {} items"),
+        (0, "The autopilot repeats its requests for the same items of the mission"),
+    ],
+)
+def test_refuses_requests_that_lead_nowhere(own, plans, number, sentence):
+    plan = next(plan for plan in plans if not plan.fence)
+    own.asks_for = lambda _number: number
+    with pytest.raises(JobError) as refusal:
+        uploaded(own, plan)
+    said = str(refusal.value).partition("; ")[0]
+    assert said == sentence.format(len(plan.items))
+    assert own.lists == {0: [], 1: []}
+
+
 def test_clears_the_fence_of_an_earlier_mission(own, plans):
     fenced = next(plan for plan in plans if plan.fence)
     bare = next(plan for plan in plans if not plan.fence)

@@ -137,6 +137,5 @@ def test_rooms_share_no_file_and_have_all_of_their_folders():
         file.relative_to(ROOT).as_posix()
         for folder in folders
         for file in (ROOT / "host" / folder).rglob("*.py")
-        if "autopilot" not in file.parts
     }
-    assert every - set(files) == {"host/mission/__init__.py"}
+    assert every <= set(files)

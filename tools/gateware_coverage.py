@@ -211,7 +211,7 @@ def table(found: Mapping[str, Unit], reasons: Mapping[str, str]) -> str:
                 f"{unit.share(unit.lines):.1f} % of {len(unit.lines):,}",
                 f"{unit.share(unit.toggles):.1f} % of {len(toggles):,}",
                 f"{unit.constants // 2:,}",
-                reasons.get(name, f"{len(unit.missing()):,} lines and toggles"),
+                reasons.get(name, _counted(len(unit.missing()))),
             )
         )
     rows = [f"| {' | '.join(row)} |" for row in lines]
@@ -223,6 +223,10 @@ def _write(text: str) -> None:
     before, _, rest = page.partition(_BEGIN)
     _, _, after = rest.partition(_END)
     PAGE.write_text(f"{before}{_BEGIN}{text}{_END}{after}", encoding="utf-8")
+
+
+def _counted(missing: int) -> str:
+    return f"{missing:,} lines and toggles" if missing > 1 else ("nothing", "one point")[missing]
 
 
 def main(arguments: list[str] | None = None) -> int:

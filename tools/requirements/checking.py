@@ -21,11 +21,15 @@ def verdict(shop: Workshop, row: Row, *, unaltered: bool = True) -> str | None:
     unaltered : bool
         Whether to run the test without the fault as well.
     """
+    try:
+        faulty = row.faulty(shop.folder)
+    except ValueError as error:
+        return str(error)
     if unaltered:
         found = _outcomes(shop, row)
         if not found or any(kind != "PASSED" for kind, _ in found):
             return f"{row.name}: {row.test} does not pass without the fault: {found}"
-    with shop.altered(row.file, row.faulty(shop.folder)):
+    with shop.altered(row.file, faulty):
         found = _outcomes(shop, row)
     # An error would mean that the fault is a crash, or that the test was not even reached.
     if any(kind == "FAILED" and name.startswith(row.test) for kind, name in found):

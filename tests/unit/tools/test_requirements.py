@@ -145,6 +145,9 @@ def test_a_test_that_notices_nothing_is_told(shop):
     shop.limit_s = usual
     absent = dataclasses.replace(row, test=f"{row.test}_of_nothing")
     assert "does not pass without the fault" in verdict(shop, absent)
+
+    stale = dataclasses.replace(row, old="no such text")
+    assert "'no such text' occurs 0 times" in verdict(shop, stale)
     # The copy is whole again.
     assert (shop.folder / row.file).read_bytes() == (ROOT / row.file).read_bytes()
     assert verdict(shop, row) is None

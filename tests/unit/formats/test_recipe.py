@@ -90,8 +90,7 @@ def test_its_row_is_in_help_and_sentences(plain, tmp_path, capsys):
     assert main(["plan", "--terrain", str(file), *ends, "--nofly", str(bad)]) == 2
     # The report on the terrain stands above it.
     assert capsys.readouterr().err.splitlines()[-1] == (
-        f"pathgene: No-fly file {str(bad)!r}: polygon 1: 'one two' are no longitudes and "
-        "latitudes."
+        f"pathgene: No-fly file {str(bad)!r}: polygon 1: 'one two' are no longitudes and latitudes."
     )
     assert ".wkt" in registry.zone_suffixes()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 
@@ -162,7 +163,7 @@ class _Instrumenter(ast.NodeTransformer):
         visited: ast.expr = self.visit(node)
         return visited
 
-    def _recorded(self, node: ast.expr, vector: str, numbers) -> ast.expr:  # type: ignore[no-untyped-def]
+    def _recorded(self, node: ast.expr, vector: str, numbers: Iterator[int]) -> ast.expr:
         """Return an expression of the same value whose conditions are noted."""
         if isinstance(node, ast.BoolOp):
             node.values = [self._recorded(value, vector, numbers) for value in node.values]
@@ -181,7 +182,7 @@ class _Instrumenter(ast.NodeTransformer):
         noted = _call(NOTE, ast.Name(vector, ast.Load()), number, self._leaf(node))
         return _at(node, noted)
 
-    def _chain(self, node: ast.Compare, vector: str, numbers) -> ast.expr:  # type: ignore[no-untyped-def]
+    def _chain(self, node: ast.Compare, vector: str, numbers: Iterator[int]) -> ast.expr:
         """Return ``a < b < c`` as ``a < (between := b) and between < c``, each link noted."""
         if self._iterables:
             raise NotImplementedError(f"{self._module}:{node.lineno}: a chain in an iterable")

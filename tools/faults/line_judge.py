@@ -341,7 +341,7 @@ def _check_end(opened: Chip, chip: ChipOnLine) -> None:
     except LinkError:
         pass
     else:
-        raise DifferentError("the session goes on after an error")
+        raise DifferentError("the session continues after an error")
     if chip.has_run() and not opened.runs.started:
         raise DifferentError("the host has not counted a run")
 

@@ -13,7 +13,7 @@ _REMEMBERED = 64
 
 
 class Watch:
-    """What a link has to show for itself when it gives up: its latest new answer, and its frames.
+    """State of a link that gives up: its latest new answer, and its frames.
 
     Attributes
     ----------

@@ -60,7 +60,7 @@ class Row:
 
     @property
     def is_proof(self) -> bool:
-        """Whether the test is a proof."""
+        """True if the test is a proof."""
         return self.test.startswith("tests/formal/test_formal.py::test_proof[")
 
     def faulty(self, root: Path) -> bytes:

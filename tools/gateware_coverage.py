@@ -48,6 +48,8 @@ _TOP = "chip"
 _ADDED = "$auto$verilog_backend"
 #: A part of an expression, which has a number and no words.
 _NAMELESS = re.compile(r"\$\d+(\[|:|$)")
+# Signal, bit and direction of a toggle.
+_TOGGLE = re.compile(r"(.*?)(?:\[(\d+)\])?:\d->\d")
 _FIELD = re.compile(r"\x01(\w+)\x02([^\x01]*)")
 _CONSTANTS = (
     f"read_verilog chip.v; hierarchy -top {_TOP}; proc; flatten; opt -full -noff; "
@@ -159,7 +161,10 @@ def coverage(
             continue
         if point.name.startswith(_ADDED) or _NAMELESS.match(point.name):
             continue
-        signal, bit = re.fullmatch(r"(.*?)(?:\[(\d+)\])?:\d->\d", point.name).groups()  # type: ignore[union-attr]
+        match = _TOGGLE.fullmatch(point.name)
+        if match is None:
+            raise JobError(f"Verilator names a toggle {point.name!r}, which is no bit of a signal.")
+        signal, bit = match.groups()
         if int(bit or 0) in constants.get((point.module, signal), ()):
             unit.constants += 1
             continue

@@ -185,6 +185,7 @@ class _Instrumenter(ast.NodeTransformer):
     def _chain(self, node: ast.Compare, vector: str, numbers: Iterator[int]) -> ast.expr:
         """Return ``a < b < c`` as ``a < (between := b) and between < c``, each link noted."""
         if self._iterables:
+            # Python forbids an assignment there; no measured module has such a chain.
             raise NotImplementedError(f"{self._module}:{node.lineno}: a chain in an iterable")
         links: list[ast.expr] = []
         left: ast.expr = self.visit(node.left)

@@ -285,16 +285,14 @@ class Link:
                 raise ValueError(f"Payload must have at most {room} bytes, not {len(payload)}")
         session, self.session = self.session, None
         self.traffic.exchanges += 1
-        repeated = self.traffic.frames_repeated
         try:
             self._exchange(session, requests)
         except RefusedError:
             if len(requests) == 1 and len(requests[0].payloads) == 1:
-                # The next command has the same number and must not receive late answers to this
-                # one.
-                is_repeated = self.traffic.frames_repeated > repeated
-                while (is_repeated or self._has_bytes()) and self._receive(self._deadline()):
-                    pass
+                # A refusal leaves its number to the next command, which must not get a late answer
+                # to this one: STATUS uses the number up.
+                self._exchange(session, [Request(Command.STATUS, (b"",), is_filler=True)])
+                self._next = (self._next + 1) % 256
                 self.session = session
             raise
         self._next = (self._next + len(requests)) % 256
@@ -384,12 +382,6 @@ class Link:
         self._splitter.drop()
         return []
 
-    def _has_bytes(self) -> bool:
-        try:
-            return self._transport.in_waiting > 0
-        except OSError as error:
-            raise _lost(error) from None
-
     def _decode(self, data: bytes) -> list[Frame]:
         frames = []
         for encoded in self._splitter.feed(data):
@@ -429,7 +421,7 @@ def _take(requests: Sequence[Request], window: Window, body: bytes) -> None:
         # The chip has executed it before. It repeats the answer of the latest command only.
         if index < window.sent - 1:
             window.confirm(index)
-    elif index >= window.confirmed:
+    elif index >= window.confirmed and not requests[index].is_filler:
         raise RefusedError(requests[index].code, status)
 
 

@@ -19,11 +19,14 @@ class Request:
         Payload of the command, and alternatives in the order in which they are tried.
     answer : bytes or None
         Payload of the answer; None before it arrives.
+    is_filler : bool
+        Only the command's number matters: refusals answer an earlier command of that number.
     """
 
     code: int
     payloads: tuple[bytes, ...]
     answer: bytes | None = None
+    is_filler: bool = False
 
 
 @dataclass

@@ -76,10 +76,11 @@ BLIND = {
     "late answers after a refusal not awaited": Edit(
         "pathgene.host.device.link",
         (
-            "                while (is_repeated or self._has_bytes()) and "
-            "self._receive(self._deadline()):\n"
+            '                self._exchange(session, [Request(Command.STATUS, (b"",), '
+            "is_filler=True)])\n"
+            "                self._next = (self._next + 1) % 256\n"
         ),
-        "                while False and self._receive(self._deadline()):\n",
+        "",
     ),
     "stored runs not locked": Edit(
         "pathgene.host.compare.store",

@@ -104,3 +104,5 @@ def connect(to_board=bytes, from_board=bytes, *, chip=None, attempts=20):
 
 # Frames 0 and 1 are INFO and OPEN.
 FIRST = 2
+#: Command after a refused one: late second refusals must not meet the command after it.
+USES_UP_THE_NUMBER = (Command.STATUS, b"")

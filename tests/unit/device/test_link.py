@@ -12,6 +12,7 @@ from tests.support.gateware.faults import FaultyTransport, VirtualClock
 from tests.unit.device.link_bench import (
     CONFIG,
     FIRST,
+    USES_UP_THE_NUMBER,
     Recorder,
     Script,
     connect,
@@ -187,7 +188,7 @@ def test_a_refusal_names_command_and_status_and_keeps_the_session():
         link.request(Command.WRITE, b"!")
     assert caught.value.status == Status.BAD_VALUE
     assert link.request(Command.WRITE, b"fine") == b"fine"
-    assert chip.executed == [(Command.WRITE, b"fine")]
+    assert chip.executed == [USES_UP_THE_NUMBER, (Command.WRITE, b"fine")]
 
 
 def test_a_refusal_in_a_transfer_ends_the_session():

@@ -17,6 +17,7 @@ from tests.support.gateware.faults import ByteFaults, FaultyTransport, FrameFaul
 from tests.unit.device.link_bench import (
     CONFIG,
     FIRST,
+    USES_UP_THE_NUMBER,
     Recorder,
     Script,
     connect,
@@ -280,7 +281,7 @@ def test_a_second_refusal_of_a_command_does_not_meet_the_next():
     with pytest.raises(RefusedError):
         link.request(Command.WRITE, b"!")
     assert link.request(Command.WRITE, b"next") == b"next"
-    assert chip.executed == [(Command.WRITE, b"next")]
+    assert chip.executed == [USES_UP_THE_NUMBER, (Command.WRITE, b"next")]
     assert clock() < 0.001
 
 
@@ -302,7 +303,57 @@ def test_late_refusals_of_a_command_do_not_meet_the_next():
         link.request(Command.WRITE, b"!")
     assert link.traffic.frames_repeated == 1
     assert link.request(Command.WRITE, b"next") == b"next"
-    assert chip.executed == [(Command.WRITE, b"next")]
+    assert chip.executed == [USES_UP_THE_NUMBER, (Command.WRITE, b"next")]
+
+
+@pytest.mark.parametrize("frames_between", range(4))
+def test_a_second_refusal_that_is_still_under_way_does_not_meet_the_next(frames_between):
+    """The Verilog answers later than the model, so nothing has arrived when the host goes on."""
+    late = []
+
+    def first(frame):
+        late.append(frame)
+        return frame
+
+    def after(frame):
+        return late[0] + frame
+
+    line = Script({FIRST: first, FIRST + 1 + frames_between: after})
+    link, chip, clock = connect(from_board=line)
+    with pytest.raises(RefusedError):
+        link.request(Command.WRITE, b"!")
+    for number in range(5):
+        assert link.request(Command.WRITE, bytes([number])) == bytes([number])
+    assert chip.executed == [USES_UP_THE_NUMBER, *((Command.WRITE, bytes([n])) for n in range(5))]
+    assert clock() < 0.001
+
+
+def test_a_late_repetition_of_a_refused_command_is_not_taken_for_the_next():
+    """The chip was busy the first time, and executes the repetition."""
+    link, chip, _ = connect(Script({FIRST: twice}))
+    execute = chip._execute
+
+    def busy_once(session, sequence, code, payload):
+        if code == Command.BEST and Command.BEST not in asked:
+            asked.append(code)
+            return Status.BUSY, b""
+        return execute(session, sequence, code, payload)
+
+    asked = []
+    chip._execute = busy_once
+    with pytest.raises(RefusedError):
+        link.request(Command.BEST, b"best")
+    assert link.request(Command.WRITE, b"next") == b"next"
+    assert chip.executed == [(Command.BEST, b"best"), (Command.WRITE, b"next")]
+
+
+def test_a_lost_status_after_a_refusal_is_repeated():
+    link, chip, clock = connect(Script({FIRST + 1: lose}))
+    with pytest.raises(RefusedError):
+        link.request(Command.WRITE, b"!")
+    assert link.request(Command.WRITE, b"next") == b"next"
+    assert chip.executed == [USES_UP_THE_NUMBER, (Command.WRITE, b"next")]
+    assert 0.25 <= clock() < 0.26
 
 
 def test_a_duplicate_does_not_stand_for_the_answer_to_the_latest_command():

@@ -62,16 +62,14 @@ class RunStore:
             self._read()
             self._sync()
         except BaseException:
-            self._file.close()
+            self._close()
             raise
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *error: object) -> None:
-        # Every run has been flushed, and errors have been reported.
-        with contextlib.suppress(OSError):
-            self._file.close()
+        self._close()
 
     def get(self, entrant: Entrant, seed: int) -> Record | None:
         """Return the run of ``entrant`` with ``seed``, if there is one."""
@@ -100,6 +98,11 @@ class RunStore:
             raise self._refused(error) from None
         self._records[entrant.key, seed] = line
         return line
+
+    def _close(self) -> None:
+        # Every run has been flushed, and errors have been reported; the file tries once more.
+        with contextlib.suppress(OSError):
+            self._file.close()
 
     def _sync(self) -> None:
         """Store the file's name, and the runs that a killed process wrote and did not sync."""

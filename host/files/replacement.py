@@ -17,7 +17,7 @@ from pathgene.host.files.disk import current, sync_names
 from pathgene.host.files.special import is_special, write_through
 
 
-__all__ = ["TRIAL", "beside", "replace_files"]
+__all__ = ["TRIAL", "beside", "hidden_copies", "replace_files"]
 
 #: Name of the file that tries whether a folder takes files.
 TRIAL = "writable"
@@ -37,7 +37,8 @@ def replace_files(
     stays: its content is written to it before anything is renamed. Signals wait for the end.
 
     A process that is killed between two renames leaves older and newer files side by side, and
-    hidden ones, which the next call that writes the same names removes.
+    hidden ones, which the next call that writes the same names removes. It keeps the only copy of
+    a file until it has succeeded.
 
     Parameters
     ----------
@@ -53,12 +54,13 @@ def replace_files(
     """
     removed = [name for name in gone if name not in contents]
     with interrupts.held(), _locked(directory) as is_alone:
-        if is_alone:
-            _clear(directory, (*contents, *removed, TRIAL))
+        left = _left(directory, (*contents, *removed, TRIAL)) if is_alone else {}
+        _remove(file for file, place in left.items() if os.path.lexists(place))
         change = _Change(directory)
         try:
             change.stage(contents)
             change.apply(removed)
+            _remove(left)
         except BaseException as error:
             if change.undo() or not isinstance(error, OSError):
                 raise
@@ -143,9 +145,7 @@ class _Change:
 
     def clear(self) -> None:
         """Remove all hidden files."""
-        for file in filter(os.path.lexists, self._hidden):
-            with contextlib.suppress(OSError):
-                current().unlink(file)
+        _remove(self._hidden)
 
     def _keep(self, place: Path) -> Path | None:
         """Give the file at ``place`` a hidden name, and return it; None if there is no file."""
@@ -172,13 +172,25 @@ def _is_directory(place: Path) -> bool:
     return place.is_dir() and not place.is_symlink()
 
 
-def _clear(directory: Path, names: Iterable[str]) -> None:
-    """Remove hidden files that writers of ``names`` left when they were killed."""
-    left = re.compile(rf"\.(?:{'|'.join(map(re.escape, names))})\.[0-9a-f]{{8}}")
+def hidden_copies(place: Path) -> list[Path]:
+    """Return the hidden files that a replacement of ``place`` has left next to it."""
+    return list(_left(place.parent, [place.name]))
+
+
+def _left(directory: Path, names: Iterable[str]) -> dict[Path, Path]:
+    """Return the place of each hidden file that earlier writers of ``names`` left."""
+    left = re.compile(rf"\.({'|'.join(map(re.escape, names))})\.[0-9a-f]{{8}}")
     with contextlib.suppress(OSError):
-        for file in directory.iterdir():
-            if left.fullmatch(file.name):
-                current().unlink(file)
+        found = [(file, left.fullmatch(file.name)) for file in directory.iterdir()]
+        return {file: directory / name[1] for file, name in found if name}
+    return {}
+
+
+def _remove(files: Iterable[Path]) -> None:
+    """Remove those of the files that exist, as far as the disk lets it."""
+    for file in filter(os.path.lexists, files):
+        with contextlib.suppress(OSError):
+            current().unlink(file)
 
 
 @contextlib.contextmanager

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import reading
+from pathgene.host.files.replacement import hidden_copies
 from pathgene.host.formats.registry import files
 
 
@@ -30,14 +32,15 @@ def digests(contents: Mapping[str, bytes]) -> dict[str, str]:
 def verify(file: Path, summary: Mapping[str, Any]) -> None:
     """Refuse a summary if a data file next to it does not belong to its run.
 
-    A missing file is not an error: the run is read without it, or the reader reports it. A summary
-    without the member ``files`` is from an earlier version and says nothing about files.
+    A missing file is not an error, unless it is still there under a hidden name: the run is read
+    without it, or the reader reports it. A summary without the member ``files`` is from an earlier
+    version and says nothing about files.
 
     Raises
     ------
     InputError
-        If a file next to the summary was altered or belongs to another run, or ``files`` is not a
-        table of digests.
+        If a file next to the summary was altered, belongs to another run, or is hidden, or
+        ``files`` is not a table of digests.
     """
     if "files" not in summary:
         return
@@ -52,6 +55,18 @@ def verify(file: Path, summary: Mapping[str, Any]) -> None:
             raise InputError(
                 f"{beside} is not the file that the run of {file} wrote, but altered or of another "
                 "run; remove it, or plan again."
+            )
+        if name in stated and not os.path.lexists(beside):
+            _refuse_hidden(beside, stated[name])
+
+
+def _refuse_hidden(missing: Path, digest: str) -> None:
+    """Refuse a missing file if a hidden one next to it, left by a replacement, has its content."""
+    for hidden in hidden_copies(missing):
+        if hidden.is_file() and _digest(hidden) == digest:
+            raise InputError(
+                f"{missing} is missing, because a later run could not be written; it is kept as "
+                f"{hidden.name!r}: rename that to {missing.name!r}, or plan again."
             )
 
 

@@ -279,7 +279,7 @@ class Replacement(DiskSession):
         elif ending.is_whole:
             raise DifferentError(f"after a whole run, {_difference(found, right)}")
         elif ending.is_broken:
-            mixed = self._is_mixed(found, range(ending.oldest, ending.number + 1))
+            mixed = self._is_mixed(folder, found, range(ending.oldest, ending.number + 1))
         elif found != before:
             raise DifferentError(f"after a failure, {_difference(found, before)}")
         else:
@@ -289,13 +289,13 @@ class Replacement(DiskSession):
         except InputError as error:
             if not mixed:
                 raise DifferentError(f"the files of one run are refused: {error}") from None
-            if not any(str(folder / name) in str(error) for name in self._foreign(found)):
+            if not any(str(folder / name) in str(error) for name in self._foreign(folder, found)):
                 raise DifferentError(f"a mixture is refused for another reason: {error}") from None
         else:
             if mixed:
                 raise DifferentError("files of two runs are taken for the files of one")
 
-    def _is_mixed(self, found: Files, numbers: Sequence[int]) -> bool:
+    def _is_mixed(self, folder: Path, found: Files, numbers: Sequence[int]) -> bool:
         """Return whether files belong to several of the runs; each must belong to one."""
         runs = [self._right[number] for number in numbers]
         for name, content in found.items():
@@ -305,14 +305,19 @@ class Replacement(DiskSession):
             raise DifferentError("there are files, but no summary")
         if found in runs:
             return False
-        if not self._foreign(found):
-            raise DifferentError("a file of the run is missing")
+        self._foreign(folder, found)
         return True
 
-    def _foreign(self, found: Files) -> list[str]:
-        """Return the names of the files that are not of the summary's run."""
+    def _foreign(self, folder: Path, found: Files) -> list[str]:
+        """Return the names of files that are not of the summary's run, else of hidden ones."""
         run = next(run for run in self._right if run[_SUMMARY] == found[_SUMMARY])
-        return [name for name, content in found.items() if run.get(name) != content]
+        if foreign := [name for name, content in found.items() if run.get(name) != content]:
+            return foreign
+        missing = [name for name in run if name not in found]
+        present = [file.read_bytes() for file in folder.iterdir()]
+        if not missing or any(run[name] not in present for name in missing):
+            raise DifferentError("a file of the run is missing")
+        return missing
 
     @functools.cached_property
     def _results(self) -> tuple[Evaluator, list[Any]]:

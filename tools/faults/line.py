@@ -209,6 +209,10 @@ class _OneWay:
         """Let a frame arrive before the ``frames``-th of the next frames."""
         self._held.append((frames - 1, Frame(data)))
 
+    def forget(self) -> None:
+        """Lose the frames that are held, because the chip that holds them is reset."""
+        self._held.clear()
+
     def _passed(self, data: bytes, events: list[LineEvent]) -> list[Frame]:
         late, self._late = self._late, []
         due = [frame for left, frame in self._held if left <= 0]
@@ -395,6 +399,8 @@ class FaultyLine:
         to_board, from_board = self._flying[Way.TO_BOARD], self._flying[Way.FROM_BOARD]
         while to_board and to_board[0][0] <= self.clock.now_s:
             frame = to_board.popleft()[1]
+            if frame.reset is not None:
+                self._ways[Way.FROM_BOARD].forget()
             self._send(Way.FROM_BOARD, self._chip.feed(frame.data, frame.reset))
         # One frame at a time, as bytes come from a line one after another.
         while not self._received and from_board and from_board[0][0] <= self.clock.now_s:

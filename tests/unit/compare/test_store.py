@@ -2,8 +2,10 @@
 
 import contextlib
 import dataclasses
+import errno
 import json
 import random
+import re
 
 import pytest
 
@@ -110,6 +112,20 @@ def test_a_failing_disk_loses_at_most_the_run_that_it_refuses(tmp_path, entrant,
         assert kept == [0, 1, 2]
         with RunStore(folder, "p") as store:
             assert all(store.get(entrant, seed).items() >= RECORD.items() for seed in range(3))
+
+
+def test_a_disk_that_refuses_the_end_of_a_truncated_line_is_reported(tmp_path, entrant):
+    """The file still holds the line's end when it is closed, and the disk refuses that, too."""
+    with RunStore(tmp_path, "p") as store:
+        store.add(entrant, 1, RECORD)
+    store.path.write_bytes(store.path.read_bytes()[:-20])
+    sentence = (
+        f"Cannot write to {str(store.path)!r} (No space left on device); correct that and give the "
+        "same command again."
+    )
+    disk = FaultyDisk(2, error=errno.ENOSPC, lasting=True)
+    with using(disk), pytest.raises(InputError, match=f"^{re.escape(sentence)}$"):
+        RunStore(tmp_path, "p")
 
 
 def test_a_loss_of_power_keeps_a_run_that_a_killed_process_wrote(tmp_path, entrant):

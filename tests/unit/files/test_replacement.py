@@ -95,6 +95,19 @@ def test_every_failure_leaves_the_old_files_or_the_new_ones(folder, error, lasti
     assert seen == {False, True}
 
 
+def test_the_only_copy_of_a_file_stays_until_a_replacement_succeeds(folder):
+    """The disk refuses to rename an older file back, and then refuses the next replacement."""
+    (folder / "gone").rename(folder / ".gone.0123abcd")
+    (folder / ".a.0123abcd").write_bytes(b"left")
+    with using(FaultyDisk(3, error=errno.ENOSPC, lasting=True)):
+        assert failure_of(folder) is not None
+    left = contents(folder)
+    assert left.pop(".gone.0123abcd") == OLD["gone"]
+    assert left == {name: content for name, content in OLD.items() if name != "gone"}
+    replace(folder)
+    assert contents(folder) == NEW
+
+
 def test_a_killed_process_leaves_whole_files_and_the_next_one_clears_up(folder):
     mixed = 0
     for at in range(1, len(calls_of(folder)) + 1):

@@ -214,6 +214,20 @@ def test_names_a_file_that_is_altered_or_of_another_run(run, name):
     verify(file, summary)
 
 
+def test_names_the_hidden_copy_of_a_missing_file(run):
+    """A replacement that failed could not rename it back."""
+    file, summary, write = run
+    file.with_name("path.geojson").rename(file.with_name(".path.geojson.0123abcd"))
+    with pytest.raises(InputError) as caught:
+        verify(file, summary)
+    assert str(caught.value) == (
+        f"{file.with_name('path.geojson')} is missing, because a later run could not be written; "
+        "it is kept as '.path.geojson.0123abcd': rename that to 'path.geojson', or plan again."
+    )
+    write(".path.geojson.0123abcd", b"of another run")
+    verify(file, summary)
+
+
 def test_a_summary_of_an_earlier_version_says_nothing(run):
     file, _, write = run
     write("path.kml", b"of another run")

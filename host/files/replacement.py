@@ -187,7 +187,7 @@ def _left(directory: Path, names: Iterable[str]) -> dict[Path, Path]:
 
 
 def _remove(files: Iterable[Path]) -> None:
-    """Remove those of the files that exist, as far as the disk lets it."""
+    """Remove the files that exist, as far as the disk allows."""
     for file in filter(os.path.lexists, files):
         with contextlib.suppress(OSError):
             current().unlink(file)

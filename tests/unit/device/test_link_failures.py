@@ -308,7 +308,7 @@ def test_late_refusals_of_a_command_do_not_meet_the_next():
 
 @pytest.mark.parametrize("frames_between", range(4))
 def test_a_second_refusal_that_is_still_under_way_does_not_meet_the_next(frames_between):
-    """The Verilog answers later than the model, so nothing has arrived when the host goes on."""
+    """The Verilog answers later than the model, so nothing has arrived when the host sends more."""
     late = []
 
     def first(frame):

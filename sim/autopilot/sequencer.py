@@ -1,0 +1,337 @@
+"""The mission, item by item: which one is flown, when it is done, and what follows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from pathgene.sim.autopilot.items import FRAMES, Command, Frame, Item, has_place
+from pathgene.sim.autopilot.places import Vector
+from pathgene.sim.autopilot.targets import Air, Target
+
+
+__all__ = ["Navigator", "Sequencer", "Step"]
+
+# A loiter to an altitude is done this close to it.
+_AT_ALTITUDE_M = 5.0
+_MOST_JUMPS = 100
+# Height over the landing point from which the aircraft flares.
+_FLARE_M = 3.0
+# An item to continue and climb pushes its target ahead by this distance.
+_AHEAD_M = 300.0
+
+
+class Navigator(Protocol):
+    """Leg and loiter of an autopilot; see :class:`PlaneNavigator` and :class:`Px4Navigator`."""
+
+    previous: Target
+    next: Target
+
+    def enter(self, air: Air) -> None:
+        """Begin a mission here."""
+
+    def set_next(self, target: Target, air: Air, after: Vector | None) -> None:
+        """Make a target of a mission the next one."""
+
+    def go_to(self, target: Target, air: Air) -> None:
+        """Fly straight to a target and loiter there."""
+
+    def break_leg(self) -> None:
+        """Forget the leg."""
+
+    def steer_leg(self, air: Air, dt_s: float) -> float:
+        """Return the acceleration to the right along the leg."""
+
+    def steer_loiter(self, air: Air, dt_s: float) -> float:
+        """Return the acceleration to the right around the target."""
+
+    def arrival(self, air: Air, acceptance_m: float) -> str | None:
+        """Return how the waypoint was reached, or None."""
+
+    def height_m(self, air: Air) -> float:
+        """Return the altitude to ask for."""
+
+    @property
+    def is_on_circle(self) -> bool:
+        """Whether the aircraft flies the circle of a loiter."""
+
+
+@dataclass
+class Step:
+    """Demands of a mission for a tenth of a second.
+
+    Parameters
+    ----------
+    steer_m_s2 : float
+        Acceleration to the right.
+    pitch_rad : float or None
+        Pitch of a take-off or a flare, which height control does not choose.
+    throttle : float or None
+        Throttle likewise.
+    """
+
+    steer_m_s2: float
+    height_m: float
+    pitch_rad: float | None = None
+    throttle: float | None = None
+
+
+@dataclass
+class _Progress:
+    """The item under way, and what it has reached."""
+
+    index: int
+    item: Item
+    begun_s: float
+    circled_s: float | None = None
+    turned_rad: float = 0.0
+    bearing_rad: float = math.nan
+    at_altitude: bool = False
+    course: Vector = (0.0, 1.0)
+
+
+@dataclass
+class Sequencer:
+    """A mission under way.
+
+    The items are those of the autopilot's list, read when each begins, so an upload in flight
+    changes the items to come and leaves the present one.
+
+    Parameters
+    ----------
+    items : callable
+        Returns the present list; item 0 is home for ArduPlane.
+    first : int
+        Number of the first item that is flown.
+    say : callable
+        Takes a text for the ground station.
+
+    Attributes
+    ----------
+    reached : list of int
+        Numbers of the items that have been done.
+    speed_m_s : float or None
+        Airspeed that the mission asked for.
+    is_complete, has_landed : bool
+        Whether nothing is left to fly, and whether the aircraft is on the ground.
+    """
+
+    items: Callable[[], Sequence[Item]]
+    navigator: Navigator
+    first: int
+    say: Callable[[str], None]
+    reached: list[int] = field(default_factory=list)
+    speed_m_s: float | None = None
+    is_complete: bool = False
+    has_landed: bool = False
+    _now: _Progress | None = None
+    _jumps: dict[int, int] = field(default_factory=dict)
+
+    @property
+    def index(self) -> int:
+        """Number of the item under way, or of the first one."""
+        return self.first if self._now is None else self._now.index
+
+    @property
+    def command(self) -> int | None:
+        """Command of the item under way."""
+        return None if self._now is None else self._now.item.command
+
+    @property
+    def is_running(self) -> bool:
+        """Whether an item is under way."""
+        return self._now is not None
+
+    def start(self, air: Air, now_s: float, index: int | None = None) -> None:
+        """Begin the mission at an item, at the present place."""
+        self.navigator.enter(air)
+        self.is_complete = False
+        self._jumps.clear()
+        self._begin_from(self.first if index is None else index, air, now_s)
+
+    def jump(self, index: int, air: Air, now_s: float) -> bool:
+        """Continue with another item; return whether the mission has it."""
+        if not 0 <= index < len(self.items()):
+            return False
+        self.is_complete = False
+        self._begin_from(max(index, self.first), air, now_s)
+        return True
+
+    def step(self, air: Air, now_s: float, dt_s: float) -> Step | None:
+        """Return the demands for now, or None if the mission is complete."""
+        if self._now is None:
+            return None
+        step, done = self._fly(self._now, air, now_s, dt_s)
+        if done:
+            self.reached.append(self._now.index)
+            self._begin_from(self._now.index + 1, air, now_s)
+        return step
+
+    def _begin_from(self, index: int, air: Air, now_s: float) -> None:
+        """Begin the first item from ``index`` on that flies somewhere."""
+        items = self.items()
+        jumps = 0
+        while index < len(items) and not items[index].navigates:
+            target = self._do(index, items[index])
+            jumps += target is not None
+            index = index + 1 if target is None or jumps > _MOST_JUMPS else target
+        if index >= len(items):
+            self._now = None
+            self.is_complete = True
+            return
+        item = items[index]
+        self._now = _Progress(index, item, now_s, course=air.motion.nose)
+        self.say(f"Mission: {index} {_NAMES.get(item.command, 'item')}")
+        if item.command == Command.DELAY:
+            return
+        after = next((later for later in items[index + 1 :] if later.navigates), None)
+        place = None if after is None or not has_place(after) else _place(after, air)
+        self.navigator.set_next(_target(item, air), air, place)
+        for later in range(index + 1, len(items)):
+            if items[later].navigates or items[later].command == Command.DO_JUMP:
+                break
+            self._do(later, items[later])
+
+    def _do(self, index: int, item: Item) -> int | None:
+        """Carry out an item that does not fly; return the item to continue with, or None."""
+        if item.command == Command.DO_JUMP:
+            done = self._jumps.get(index, 0)
+            if item.params[1] < 0 or done < item.params[1]:
+                self._jumps[index] = done + 1
+                return int(item.params[0])
+        elif item.command == Command.DO_CHANGE_SPEED and item.params[0] == 0:
+            # Speed type 0 is airspeed; ground speed is not followed here.
+            self.speed_m_s = item.params[1] if item.params[1] > 0 else self.speed_m_s
+        return None
+
+    def _fly(self, now: _Progress, air: Air, now_s: float, dt_s: float) -> tuple[Step, bool]:
+        """Return the demands of an item, and whether it is done."""
+        navigator, item = self.navigator, now.item
+        match item.command:
+            case Command.WAYPOINT:
+                steer = navigator.steer_leg(air, dt_s)
+                how = navigator.arrival(air, max(item.params[1], 0.0))
+                if how is not None:
+                    gap = math.dist(air.place, navigator.next.place)
+                    self.say(f"{how} waypoint #{now.index} dist {int(gap)}m")
+                return Step(steer, navigator.height_m(air)), how is not None
+            case Command.TAKEOFF:
+                return self._take_off(now, air)
+            case Command.LAND:
+                return self._land(air, dt_s)
+            case Command.CONTINUE_AND_CHANGE_ALT:
+                return self._continue(now, air, dt_s)
+            case Command.DELAY:
+                steer = navigator.steer_loiter(air, dt_s)
+                done = now_s - now.begun_s >= item.params[0]
+                return Step(steer, navigator.height_m(air)), done
+        steer = navigator.steer_loiter(air, dt_s)
+        step = Step(steer, navigator.height_m(air))
+        self._count_turns(now, air, now_s)
+        return step, self._has_loitered(now, air, now_s)
+
+    def _count_turns(self, now: _Progress, air: Air, now_s: float) -> None:
+        """Note the angle flown around the loiter, and its altitude."""
+        if not self.navigator.is_on_circle and now.circled_s is None:
+            return
+        if now.circled_s is None:
+            now.circled_s = now_s
+        (x, y), (centre_x, centre_y) = air.place, self.navigator.next.place
+        bearing = math.atan2(centre_x - x, centre_y - y)
+        if math.isfinite(now.bearing_rad):
+            now.turned_rad += abs(math.remainder(bearing - now.bearing_rad, 2 * math.pi))
+        now.bearing_rad = bearing
+        wanted = self.navigator.next.altitude_m(air.earth, air.place)
+        now.at_altitude |= abs(air.altitude_m - wanted) < _AT_ALTITUDE_M
+
+    def _has_loitered(self, now: _Progress, air: Air, now_s: float) -> bool:
+        item = now.item
+        if now.circled_s is None:
+            return False
+        match item.command:
+            case Command.LOITER_TURNS:
+                is_over = now.turned_rad >= 2 * math.pi * item.params[0]
+            case Command.LOITER_TIME:
+                is_over = now_s - now.circled_s >= item.params[0]
+            case Command.LOITER_TO_ALT:
+                is_over = now.at_altitude
+            case Command.RTL:
+                return True
+            case _:
+                return False
+        return is_over and self._points_on(now, air)
+
+    def _points_on(self, now: _Progress, air: Air) -> bool:
+        """Return whether the aircraft points at the next item, which ends a loiter."""
+        items = self.items()
+        after = next((item for item in items[now.index + 1 :] if item.navigates), None)
+        if after is None or not has_place(after):
+            return True
+        (x, y), (to_x, to_y) = air.place, _place(after, air)
+        east, north = air.motion.velocity
+        angle = math.atan2(to_x - x, to_y - y) - math.atan2(east, north)
+        return abs(math.remainder(angle, 2 * math.pi)) < math.radians(10)
+
+    def _take_off(self, now: _Progress, air: Air) -> tuple[Step, bool]:
+        wanted = self.navigator.next.altitude_m(air.earth, air.place)
+        pitch = math.radians(now.item.params[0] if now.item.params[0] > 0 else 10.0)
+        done = air.altitude_m >= wanted
+        if done:
+            self.say(f"Takeoff complete at {air.altitude_m - air.earth.home_m:.2f}m")
+            self.navigator.break_leg()
+        # Wings level on the course of the launch.
+        return Step(0.0, wanted, pitch, 1.0), done
+
+    def _land(self, air: Air, dt_s: float) -> tuple[Step, bool]:
+        navigator = self.navigator
+        steer = navigator.steer_leg(air, dt_s)
+        ground = navigator.next.altitude_m(air.earth, air.place)
+        if air.altitude_m - ground > _FLARE_M:
+            return Step(steer, navigator.height_m(air)), False
+        self.has_landed = air.altitude_m <= max(ground, air.earth.ground(air.place)) + 0.5
+        return Step(0.0, ground, 0.0, 0.0), self.has_landed
+
+    def _continue(self, now: _Progress, air: Air, dt_s: float) -> tuple[Step, bool]:
+        (x, y), (east, north) = air.place, now.course
+        ahead = (x + _AHEAD_M * east, y + _AHEAD_M * north)
+        wanted = self.navigator.next.altitude_m(air.earth, air.place)
+        self.navigator.next = Target(ahead, wanted)
+        gap = air.altitude_m - wanted
+        way = now.item.params[0]
+        done = gap >= 0 if way == 1 else gap <= 0 if way == 2 else abs(gap) <= _AT_ALTITUDE_M
+        return Step(self.navigator.steer_leg(air, dt_s), wanted), done
+
+
+_NAMES: dict[int, str] = {
+    Command.WAYPOINT: "WP",
+    Command.LOITER: "LoitUnlim",
+    Command.LOITER_TURNS: "LoitTurns",
+    Command.LOITER_TIME: "LoitTime",
+    Command.RTL: "RTL",
+    Command.LAND: "Land",
+    Command.TAKEOFF: "Takeoff",
+    Command.CONTINUE_AND_CHANGE_ALT: "ContinueAndChangeAlt",
+    Command.LOITER_TO_ALT: "LoiterToAltitude",
+    Command.DELAY: "Delay",
+}
+
+
+def _place(item: Item, air: Air) -> Vector:
+    return air.earth.plane.local(item.lat, item.lon)
+
+
+def _target(item: Item, air: Air) -> Target:
+    """Return the target of an item."""
+    frame = FRAMES.get(item.frame, Frame.AMSL)
+    place, z_m = air.place, item.z
+    if item.command == Command.RTL:
+        return Target((0.0, 0.0), air.earth.home_m, Frame.AMSL)
+    if has_place(item) and item.command != Command.CONTINUE_AND_CHANGE_ALT:
+        place = _place(item, air)
+    radius = item.params[1] if item.command == Command.LOITER_TO_ALT else item.params[2]
+    if item.command in (Command.WAYPOINT, Command.TAKEOFF, Command.LAND):
+        radius = 0.0
+    radius = radius if math.isfinite(radius) else 0.0
+    return Target(place, z_m, frame, abs(radius), radius >= 0)

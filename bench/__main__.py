@@ -38,6 +38,7 @@ NAMES = {
     "roberge-speed": "seconds of fpa-2opt by threads, solutions and engine, and the paper's",
     "desk": "the desk in Chromium: until it shows, frames in 3-D, generations seen",
     "peers": "optimizers and planners of other projects, compared with fpa-2opt",
+    "autopilot": "the simulated autopilot beside real flights; needs --flights, so only if named",
     "fpga": "area and routed clock on real devices; hours, so only if named",
 }
 
@@ -60,6 +61,9 @@ def main() -> int:
         "--keep", action="store_true", help="keep the results, and write them into the pages"
     )
     parser.add_argument("--out", type=Path, default=Path("build/bench"), help="folder of the JSON")
+    parser.add_argument(
+        "--flights", type=Path, metavar="FOLDER", help="real flights, for autopilot"
+    )
     arguments = parser.parse_args()
     unknown = sorted(set(arguments.names) - set(NAMES))
     if unknown:
@@ -68,13 +72,13 @@ def main() -> int:
     if arguments.seeds is not None and arguments.seeds < 1:
         print(f"bench: --seeds must be 1 or more, not {arguments.seeds}", file=sys.stderr)
         return 2
-    options = Options(only=arguments.only)
+    options = Options(only=arguments.only, flights=arguments.flights)
     if arguments.seeds is not None:
         options = replace(options, seeds=arguments.seeds, trials=arguments.seeds)
     arguments.out.mkdir(parents=True, exist_ok=True)
     status = 0
     for name in arguments.names or [
-        name for name in NAMES if name not in ("fpga", "flight", "replan", "safety")
+        name for name in NAMES if name not in ("autopilot", "fpga", "flight", "replan", "safety")
     ]:
         try:
             report = importlib.import_module(f"bench.{name.replace('-', '_')}").run(options)

@@ -29,6 +29,8 @@ class Options:
     #: Part of the names of the rows to measure, for ``fpga``, ``flight``, ``quality`` and
     #: ``safety``.
     only: str = ""
+    #: Folder of real flights, for ``autopilot``.
+    flights: Path | None = None
 
 
 @dataclass

@@ -7,6 +7,6 @@ theirs is in here. Nothing of the host is used, so that the judge shares no code
 - ``lateral``, ``npfg`` and ``height``: the laws of guidance of ArduPlane and PX4
 - ``items``, ``targets`` and ``sequencer``: the mission, item by item, ten times a second
 - ``lists``, ``rules`` and ``fence``: the protocol of missions, fences and rally points
-- ``autopilot``: all of these behind ``handle(message, now)`` and ``advance(now)``
+- ``autopilot``: these parts under ``handle(message, now)`` and ``advance(now)``
 - ``link`` and ``served``: a link that loses and delays, in virtual time, and UDP
 """

@@ -73,7 +73,7 @@ class Autopilot:
     """An autopilot with its aircraft.
 
     It has no clock and no transport. :meth:`handle` takes a message and returns the answers;
-    :meth:`advance` flies up to an instant and returns what the autopilot sends by itself.
+    :meth:`advance` flies up to an instant and returns its unrequested messages.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ class Autopilot:
         return [*answers, *self._sent()]
 
     def advance(self, now_s: float) -> list[Any]:
-        """Fly up to an instant and return what the autopilot sends by itself."""
+        """Fly up to an instant and return the messages that nobody asked for."""
         out = self.lists.tick(now_s)
         while self._time_s + PERIOD_S <= now_s + 1e-9:
             self._time_s += PERIOD_S

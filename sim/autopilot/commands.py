@@ -31,7 +31,7 @@ def custom_mode(mode: Mode, kind: Kind) -> int:
 
 
 class Commands:
-    """Handler of all messages but those of lists.
+    """Handler of commands, modes and parameters.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ demand for height is averaged over two calls, limited in its rate, and delayed b
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pathgene.sim.autopilot.airframe import GRAVITY_M_S2
 from pathgene.sim.autopilot.parameters import Parameters
@@ -25,8 +25,10 @@ class Vertical:
     ----------
     height_m, climb_m_s : float
         Altitude and its rate.
-    tas_m_s, tas_rate_m_s2 : float
-        True airspeed, by the sensor, and its rate.
+    tas_m_s : float
+        True airspeed, by the sensor.
+    forward_m_s2 : float
+        Acceleration along the nose.
     eas2tas : float
         True airspeed divided by equivalent airspeed.
     roll_rad, pitch_rad : float
@@ -36,7 +38,7 @@ class Vertical:
     height_m: float
     climb_m_s: float
     tas_m_s: float
-    tas_rate_m_s2: float
+    forward_m_s2: float
     eas2tas: float
     roll_rad: float
     pitch_rad: float
@@ -56,7 +58,7 @@ class Tecs:
     Parameters
     ----------
     parameters : Parameters
-        Those of ArduPlane; they are read at each call.
+        Parameters of ArduPlane, read at each call.
 
     Attributes
     ----------
@@ -67,6 +69,7 @@ class Tecs:
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
         self._is_new = True
+        self._tas = self._tas_drift = 0.0
         self.height_m = 0.0
 
     def reset(self) -> None:
@@ -87,21 +90,32 @@ class Tecs:
         """
         if self._is_new:
             self._initialize(now, eas_m_s)
+        now = self._smoothed(now, dt_s)
         self._limit_speed(now, eas_m_s, load, dt_s)
         self._delay_height(height_m, dt_s)
         pitch = self._pitch(now, dt_s)
         return Demand(pitch, self._throttle(now, dt_s))
 
+    def _smoothed(self, now: Vertical, dt_s: float) -> Vertical:
+        """Return the measurements with the airspeed that sensor and accelerometers agree on."""
+        omega = self._parameters["TECS_SPD_OMEGA"]
+        error = now.tas_m_s - self._tas
+        self._tas_drift += error * omega**2 * dt_s
+        rate = self._tas_drift + now.forward_m_s2 + error * omega * math.sqrt(2)
+        self._tas = max(self._tas + rate * dt_s, 3.0)
+        return replace(now, tas_m_s=self._tas)
+
     def _initialize(self, now: Vertical, eas_m_s: float) -> None:
         get = self._parameters
         self._is_new = False
+        self._tas, self._tas_drift = now.tas_m_s, 0.0
         self.height_m = self._height_in = self._height_limited = now.height_m
         self._height_before = now.height_m
         self._height_rate = 0.0
         self._climb_scale = self._sink_scale = 1.0
         self._tas_dem = self._tas_dem_limited = eas_m_s * now.eas2tas
         self._tas_dem_rate = self._tas_dem_rate_slow = 0.0
-        self._tas_rate_slow = now.tas_rate_m_s2
+        self._tas_rate_slow = now.forward_m_s2
         self._tas_most = get["AIRSPEED_MAX"] * now.eas2tas
         self._rate_error = 0.0
         self._throttle_sum = 0.0
@@ -137,7 +151,7 @@ class Tecs:
         self._tas_dem_rate = rise
         slow = dt_s / (dt_s + get["TECS_TIME_CONST"])
         self._tas_dem_rate_slow += (rise - self._tas_dem_rate_slow) * slow
-        self._tas_rate_slow += (now.tas_rate_m_s2 - self._tas_rate_slow) * slow
+        self._tas_rate_slow += (now.forward_m_s2 - self._tas_rate_slow) * slow
         self._tas_dem_limited = min(max(self._tas_dem_limited, slowest), self._tas_most)
 
     def _delay_height(self, height_m: float, dt_s: float) -> None:
@@ -203,7 +217,7 @@ class Tecs:
         self._balance_stop = int(rate > up) - int(rate < -down)
         rate = min(max(rate, -down), up)
         measured = now.climb_m_s * GRAVITY_M_S2 * for_height
-        measured -= speed * (now.tas_rate_m_s2 - self._tas_rate_slow) * for_speed
+        measured -= speed * (now.forward_m_s2 - self._tas_rate_slow) * for_speed
         rate_error = rate - measured
         total = rate + rate_error * get["TECS_PTCH_DAMP"]
         gain = speed * GRAVITY_M_S2
@@ -243,7 +257,7 @@ class Tecs:
         rate += speed * (self._tas_dem_rate - self._tas_dem_rate_slow)
         rate = min(max(rate, self._energy_least), self._energy_most)
         measured = now.climb_m_s * GRAVITY_M_S2
-        measured += speed * (now.tas_rate_m_s2 - self._tas_rate_slow)
+        measured += speed * (now.forward_m_s2 - self._tas_rate_slow)
         share = min(2 * dt_s, 1.0)
         self._rate_error += (rate - measured - self._rate_error) * share
         span = self._energy_most - self._energy_least

@@ -29,7 +29,7 @@ _UNDECIDED_RAD = 0.9 * math.pi
 
 @dataclass(frozen=True)
 class Motion:
-    """Position (m) and velocity (m/s) over ground, east and north, and the heading's unit vector."""
+    """Position (m), velocity over ground (m/s) and the heading's unit vector, east and north."""
 
     place: Vector
     velocity: Vector

@@ -1,7 +1,7 @@
 """The protocol of missions, fences and rally points: uploads, downloads and clearing.
 
-The messages are pymavlink's, because its encoding is the one that ground stations use: what it
-packs and parses here travels over a wire as it is. Time comes in as an argument, so a campaign runs
+The messages are pymavlink's, because its encoding is the one that ground stations use: its bytes
+travel over a wire as they are. Time comes in as an argument, so a campaign runs
 in virtual time.
 """
 

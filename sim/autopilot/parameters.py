@@ -1,7 +1,7 @@
 """Parameters of the simulated autopilot: names, defaults and units as the autopilots publish them.
 
-The defaults of ArduPlane are those of its parameter documentation (version 4.6). The set
-:data:`SIMULATED_PLANE` is what ArduPilot ships for its own simulated plane, the file
+The defaults of ArduPlane come from its parameter documentation (version 4.6), and the set
+:data:`SIMULATED_PLANE` from the file that ArduPilot ships for its own simulated plane,
 ``Tools/autotest/models/plane.parm``.
 """
 
@@ -49,6 +49,7 @@ ARDUPLANE: Mapping[str, float] = {
     "TECS_SINK_MAX": 5.0,
     "TECS_SINK_MIN": 2.0,
     "TECS_SPDWEIGHT": 1.0,
+    "TECS_SPD_OMEGA": 2.0,
     "TECS_THR_DAMP": 0.5,
     "TECS_TIME_CONST": 5.0,
     "TECS_VERT_ACC": 7.0,

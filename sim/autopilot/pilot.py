@@ -31,7 +31,7 @@ class Kind(Enum):
 
 
 class Mode(Enum):
-    """What the aircraft does."""
+    """Modes of flight."""
 
     IDLE = "idle"
     AUTO = "auto"
@@ -206,7 +206,7 @@ class Pilot:
             vehicle.altitude_m,
             vehicle.velocity[2],
             vehicle.sensed_tas_m_s,
-            vehicle.sensed_tas_rate_m_s2,
+            vehicle.forward_m_s2,
             air.eas2tas,
             vehicle.roll_rad,
             vehicle.pitch_rad,

@@ -158,7 +158,7 @@ class PlaneNavigator:
         return self._above_minimum(stop_m - start.altitude_m(air.earth, air.place))
 
     def _above_minimum(self, height_m: float) -> float:
-        least = self._parameters["ALT_SLOPE_MIN"]
+        least = 1e-3 if self.next.lands else self._parameters["ALT_SLOPE_MIN"]
         return 0.0 if least <= 0 or abs(height_m) < least else height_m
 
     def _radius(self, target: Target) -> float:

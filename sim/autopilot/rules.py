@@ -1,4 +1,4 @@
-"""Rules by which ArduPlane and PX4 take items: which are refused, and what is kept of them."""
+"""Rules by which ArduPlane and PX4 take items: which are refused, and how they are stored."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ class Rules:
     Parameters
     ----------
     in_place : frozenset of int
-        Kinds of lists whose items replace earlier ones as they arrive; the others are replaced when
-        the last item has arrived.
+        Kinds of lists whose items replace earlier ones as they arrive. A list of another kind is
+        replaced when its last item has arrived.
     most_items : mapping
         Maximum number of items by kind.
     retry_s, timeout_s : float
@@ -83,7 +83,7 @@ class Rules:
         return _judge_px4(item, kind)
 
     def kept(self, item: Item, kind: int) -> Item:
-        """Return what the autopilot's memory keeps of an item."""
+        """Return an item as the autopilot stores it."""
         return _kept_ardupilot(item, kind) if self.is_ardupilot else item
 
 

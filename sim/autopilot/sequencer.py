@@ -1,4 +1,4 @@
-"""The mission, item by item: which one is flown, when it is done, and what follows."""
+"""The mission, item by item: which one is flown, when it is done, and the next one."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ __all__ = ["Navigator", "Sequencer", "Step"]
 # A loiter to an altitude is done this close to it.
 _AT_ALTITUDE_M = 5.0
 _MOST_JUMPS = 100
-# Height over the landing point from which the aircraft flares.
-_FLARE_M = 3.0
+# Below this height over the landing point, wings stay level and the demanded height is as far below
+# it, so that the aircraft touches down.
+_TOUCHDOWN_M = 3.0
 # An item to continue and climb pushes its target ahead by this distance.
 _AHEAD_M = 300.0
 
@@ -67,7 +68,7 @@ class Step:
     steer_m_s2 : float
         Acceleration to the right.
     pitch_rad : float or None
-        Pitch of a take-off or a flare, which height control does not choose.
+        Pitch of a take-off, which height control does not choose.
     throttle : float or None
         Throttle likewise.
     """
@@ -80,7 +81,7 @@ class Step:
 
 @dataclass
 class _Progress:
-    """The item under way, and what it has reached."""
+    """The item under way, and its progress."""
 
     index: int
     item: Item
@@ -96,7 +97,7 @@ class _Progress:
 class Sequencer:
     """A mission under way.
 
-    The items are those of the autopilot's list, read when each begins, so an upload in flight
+    The items come from the autopilot's list and are read when each begins, so an upload in flight
     changes the items to come and leaves the present one.
 
     Parameters
@@ -288,10 +289,10 @@ class Sequencer:
         navigator = self.navigator
         steer = navigator.steer_leg(air, dt_s)
         ground = navigator.next.altitude_m(air.earth, air.place)
-        if air.altitude_m - ground > _FLARE_M:
+        if air.altitude_m - ground > _TOUCHDOWN_M:
             return Step(steer, navigator.height_m(air)), False
-        self.has_landed = air.altitude_m <= max(ground, air.earth.ground(air.place)) + 0.5
-        return Step(0.0, ground, 0.0, 0.0), self.has_landed
+        self.has_landed = air.altitude_m <= max(ground, air.earth.ground(air.place))
+        return Step(0.0, ground - _TOUCHDOWN_M), self.has_landed
 
     def _continue(self, now: _Progress, air: Air, dt_s: float) -> tuple[Step, bool]:
         (x, y), (east, north) = air.place, now.course
@@ -334,4 +335,4 @@ def _target(item: Item, air: Air) -> Target:
     if item.command in (Command.WAYPOINT, Command.TAKEOFF, Command.LAND):
         radius = 0.0
     radius = radius if math.isfinite(radius) else 0.0
-    return Target(place, z_m, frame, abs(radius), radius >= 0)
+    return Target(place, z_m, frame, abs(radius), radius >= 0, item.command == Command.LAND)

@@ -46,6 +46,8 @@ class Target:
         Height in ``frame``.
     radius_m : float
         Radius of the circle around it; 0 leaves it to the autopilot.
+    lands : bool
+        Whether the leg to it is a landing, whose slope is kept however small it is.
     """
 
     place: Vector
@@ -53,6 +55,7 @@ class Target:
     frame: Frame = Frame.AMSL
     radius_m: float = 0.0
     clockwise: bool = True
+    lands: bool = False
 
     def altitude_m(self, earth: Earth, place: Vector) -> float:
         """Return the altitude AMSL to fly at over a place."""

@@ -25,7 +25,7 @@ _POSITION_S, _STATE_S = 0.25, 1.0
 
 
 class Telemetry:
-    """Sender of what is due.
+    """Sender of messages that are due.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Telemetry:
         self._position_s = self._state_s = 0.0
 
     def due(self, now_s: float) -> list[Any]:
-        """Return what is due: the position four times a second, the rest once."""
+        """Return the messages that are due: positions four times a second, the rest once."""
         out = []
         if now_s >= self._position_s:
             self._position_s = now_s + _POSITION_S

@@ -75,8 +75,7 @@ class Vehicle:
         self._state[8] = alpha + math.atan2(climb_m_s, max(level, 0.1))
         drag = pressure * (made.drag_zero + made.induced * lift**2)
         self._state[10] = min(drag / made.thrust_N, 1.0)
-        self._speed_before = self.sensed_tas_m_s
-        self._speed_rate = 0.0
+        self._acceleration = (0.0, 0.0, 0.0)
 
     @property
     def place(self) -> Vector:
@@ -139,9 +138,11 @@ class Vehicle:
         return self.sensed_eas_m_s * self.eas2tas
 
     @property
-    def sensed_tas_rate_m_s2(self) -> float:
-        """Rate of :attr:`sensed_tas_m_s` over the last step."""
-        return self._speed_rate
+    def forward_m_s2(self) -> float:
+        """Acceleration along the nose over the last step, as accelerometers show it."""
+        (east, north), (ax, ay, az) = self.nose, self._acceleration
+        sine, cosine = math.sin(self.pitch_rad), math.cos(self.pitch_rad)
+        return cosine * (ax * east + ay * north) + sine * az
 
     @property
     def nose(self) -> Vector:
@@ -150,9 +151,9 @@ class Vehicle:
         level = max(math.hypot(east, north), 1e-6)
         return east / level, north / level
 
-    def bank_at_once(self, roll_rad: float, pitch_rad: float) -> None:
-        """Set the attitude, for a flight that begins in a turn."""
-        self._state[6], self._state[8] = roll_rad, pitch_rad
+    def move(self, place: tuple[float, float, float]) -> None:
+        """Continue from another place: east and north in metres, altitude AMSL."""
+        self._state[0:3] = place
 
     def step(self, roll_rad: float, pitch_rad: float, throttle: float) -> None:
         """Fly for :data:`PERIOD_S` seconds with these demands."""
@@ -166,7 +167,9 @@ class Vehicle:
             ]
         )
         self._gust = self._wind.next()
+        before = self.velocity
         dynamics.fly(self._state, self._figures, demand, self._gust)
-        speed = self.sensed_tas_m_s
-        self._speed_rate = (speed - self._speed_before) / PERIOD_S
-        self._speed_before = speed
+        ax, ay, az = (
+            (new - old) / PERIOD_S for new, old in zip(self.velocity, before, strict=True)
+        )
+        self._acceleration = (ax, ay, az)

@@ -23,7 +23,9 @@ class Wind:
     east_m_s, north_m_s : float
         Velocity of the air.
     gusts_m_s : float
-        Standard deviation of the gusts along and across, 0 for none; upwards it is half.
+        Standard deviation of the gusts along and across, 0 for none.
+    up : float
+        Standard deviation of the gusts upwards as a share of ``gusts_m_s``.
     gust_s : float
         Time in which a gust decays. Dryden's longitudinal gusts decay in their length of 200 m at
         300 m of height divided by the airspeed, 8 s at 25 m/s.
@@ -34,6 +36,7 @@ class Wind:
     east_m_s: float = 0.0
     north_m_s: float = 0.0
     gusts_m_s: float = 0.0
+    up: float = 0.5
     gust_s: float = 8.0
     seed: int = 0
 
@@ -49,9 +52,9 @@ class WindSamples:
         self._steady = np.array([wind.east_m_s, wind.north_m_s, 0.0])
         self._random = np.random.default_rng(wind.seed)
         self._keep = math.exp(-STEP_S / wind.gust_s)
-        spread = wind.gusts_m_s * math.sqrt(1 - self._keep**2)
-        self._spread = spread * np.array([1.0, 1.0, 0.5])
-        self._gust = wind.gusts_m_s * np.array([1.0, 1.0, 0.5]) * self._random.normal(size=3)
+        sizes = wind.gusts_m_s * np.array([1.0, 1.0, wind.up])
+        self._spread = sizes * math.sqrt(1 - self._keep**2)
+        self._gust = sizes * self._random.normal(size=3)
         self._is_calm = wind.gusts_m_s == 0
         self._flat = np.tile(self._steady, (STEPS, 1))
 

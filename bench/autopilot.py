@@ -122,9 +122,9 @@ def read_flight(folder: Path) -> RealFlight:
     places = zip(column("lat").tolist(), column("lon").tolist(), strict=True)
     place = np.array([plane.local(lat, lon) for lat, lon in places])
     begun = re.findall(r"^([\d.]+) Mission: (\d+)", (folder / "events.txt").read_text(), re.M)
-    starts = np.array([float(start) for start, _ in begun])
+    times = np.array([float(begin) for begin, _ in begun])
     numbers = np.array([int(number) for _, number in begun])
-    index = numbers[np.clip(np.searchsorted(starts, time_s, side="right") - 1, 0, None)]
+    index = numbers[np.clip(np.searchsorted(times, time_s, side="right") - 1, 0, None)]
     conditions = (folder / "conditions.txt").read_text()
     speed = re.search(r"AIRSPEED(?:_CRUISE)? (\d+)", conditions)
     if speed is None:
@@ -161,7 +161,7 @@ def fly(real: RealFlight, shift_m: float = 0.0) -> Flown:
     Parameters
     ----------
     shift_m : float
-        The double starts so much farther back than the real flight.
+        Distance by which the double starts farther back than the real flight.
     """
     track = real.flown
     steps = int(np.searchsorted(track.time_s, track.time_s[0] + 0.6))

@@ -250,9 +250,13 @@ class Tecs:
         speed = max(now.tas_m_s, 3.0)
         kinetic = 0.5 * speed**2
         potential_error = (self.height_m - now.height_m) * GRAVITY_M_S2
-        over = max(kinetic - 0.5 * self._tas_least**2, 0.0)
-        under = min(kinetic - 0.5 * self._tas_most**2, 0.0)
-        error = min(max(potential_error, under), over) + 0.5 * self._tas_dem_limited**2 - kinetic
+        most_error = max(kinetic - 0.5 * self._tas_least**2, 0.0)
+        least_error = min(kinetic - 0.5 * self._tas_most**2, 0.0)
+        error = (
+            min(max(potential_error, least_error), most_error)
+            + 0.5 * self._tas_dem_limited**2
+            - kinetic
+        )
         rate = potential_error / time_s
         rate += speed * (self._tas_dem_rate - self._tas_dem_rate_slow)
         rate = min(max(rate, self._energy_least), self._energy_most)

@@ -99,8 +99,8 @@ def test_px4_takes_any_open_parameter_but_no_height_over_terrain():
     station = station_at(Kind.PX4)
     loose = dataclasses.replace(MISSION[6], params=(math.nan, math.nan, 50.0, math.nan))
     assert station.upload([MISSION[1], loose]) == ACCEPTED
-    over = dataclasses.replace(MISSION[1], frame=10)
-    assert station.upload([over]) == UNSUPPORTED_FRAME
+    terrain = dataclasses.replace(MISSION[1], frame=10)
+    assert station.upload([terrain]) == UNSUPPORTED_FRAME
 
 
 @pytest.mark.parametrize(("kind", "held"), [(Kind.ARDUPLANE, 3), (Kind.PX4, 7)])

@@ -43,11 +43,19 @@ class Link:
     ----------
     answer_s : float
         Seconds until a message without an answer is sent again.
+    clock : callable
+        Returns the present instant in seconds; a simulated connection has its own time.
     """
 
-    def __init__(self, connection: Any, answer_s: float = _ANSWER_S) -> None:
+    def __init__(
+        self,
+        connection: Any,
+        answer_s: float = _ANSWER_S,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         self._connection = connection
         self._answer_s = answer_s
+        self._clock = clock
         self._next_beat = 0.0
         #: Address of the autopilot, and its kind, a value of MAV_AUTOPILOT.
         self.system = self.component = self.autopilot = 0
@@ -70,8 +78,8 @@ class Link:
         from pymavlink import mavutil
 
         no_autopilot = mavutil.mavlink.MAV_AUTOPILOT_INVALID
-        end = time.monotonic() + wait_s
-        while (left_s := end - time.monotonic()) > 0:
+        end = self._clock() + wait_s
+        while (left_s := end - self._clock()) > 0:
             message = self._read(left_s)
             if (
                 message is not None
@@ -105,8 +113,8 @@ class Link:
         for _ in range(_TRIES):
             with _silent():
                 send()
-            end = time.monotonic() + self._answer_s
-            while (left_s := end - time.monotonic()) > 0:
+            end = self._clock() + self._answer_s
+            while (left_s := end - self._clock()) > 0:
                 message = self._read(left_s)
                 if (
                     message is not None
@@ -124,8 +132,8 @@ class Link:
         """
         while (message := self._connection.recv_msg()) is not None:
             self._note(message)
-        end = time.monotonic() + (self._answer_s / 3 if late else 0.0)
-        while (left_s := end - time.monotonic()) > 0:
+        end = self._clock() + (self._answer_s / 3 if late else 0.0)
+        while (left_s := end - self._clock()) > 0:
             self._read(left_s)
 
     def close(self) -> None:
@@ -134,7 +142,7 @@ class Link:
 
     def _read(self, left_s: float) -> Any:
         """Return the next message, or None after a while; keep our heartbeats going."""
-        now = time.monotonic()
+        now = self._clock()
         if now >= self._next_beat:
             from pymavlink import mavutil
 

@@ -1,0 +1,73 @@
+"""Uploads to the simulated autopilot, in virtual time."""
+
+import pytest
+
+from pathgene.host.errors import JobError
+from pathgene.host.mission.autopilot.mavlink_link import Link
+from pathgene.host.mission.autopilot.upload import upload
+from pathgene.sim.autopilot.autopilot import Autopilot, Start
+from pathgene.sim.autopilot.connection import Connection
+from pathgene.sim.autopilot.link import Faults
+from pathgene.sim.autopilot.pilot import Kind, Mode
+
+
+def connected(plan, kind, faults=None, seed=0):
+    """Return a link to an autopilot that stands at the home of a plan."""
+    autopilot = Autopilot(kind, Start(plan.home, armed=False))
+    connection = Connection(autopilot, faults, faults, seed=seed)
+    link = Link(connection, clock=connection.clock)
+    link.find(10.0)
+    return link, connection
+
+
+@pytest.mark.parametrize("kind", list(Kind), ids=lambda kind: kind.name.lower())
+def test_every_mission_is_taken_and_read_back_equal(plans, kind):
+    fits = 84 if kind is Kind.ARDUPLANE else 64
+    for plan in plans[:25]:
+        if sum(len(getattr(fence, "corners", [0])) for fence in plan.fence) > fits:
+            continue
+        link, connection = connected(plan, kind)
+        done = upload(plan, link)
+        assert done.mission_items == len(connection.autopilot.lists.items[0])
+        assert done.fence_items == len(connection.autopilot.lists.items[1])
+
+
+@pytest.mark.parametrize("kind", list(Kind), ids=lambda kind: kind.name.lower())
+@pytest.mark.parametrize(
+    "delay_s",
+    [
+        0.1,
+        pytest.param(
+            0.6,
+            marks=pytest.mark.xfail(reason="late answers to repeated items spoil the reading"),
+        ),
+    ],
+)
+def test_a_slow_link_carries_the_upload(plans, kind, delay_s):
+    plan = min(plans, key=lambda plan: len(plan.items))
+    link, connection = connected(plan, kind, Faults(delay_s=delay_s))
+    assert upload(plan, link).mission_items == len(connection.autopilot.lists.items[0])
+
+
+def test_a_session_is_repeatable(plans):
+    def session(seed):
+        link, connection = connected(plans[0], Kind.ARDUPLANE, Faults(0.2, 0.3, 0.1), seed)
+        try:
+            upload(plans[0], link)
+        except JobError as error:
+            return connection.now_s, str(error)
+        return connection.now_s, "uploaded"
+
+    assert session(3) == session(3)
+    assert len({session(seed)[0] for seed in range(4)}) > 1
+
+
+def test_the_uploaded_mission_is_flown(plans):
+    plan = plans[0]
+    link, connection = connected(plan, Kind.ARDUPLANE)
+    upload(plan, link)
+    autopilot = connection.autopilot
+    autopilot.armed = True
+    link.mav.command_long_send(1, 1, 300, 0, *[0.0] * 7)
+    connection.wait(5)
+    assert autopilot.pilot.mode is Mode.AUTO

@@ -265,14 +265,19 @@ def _from_legs(flown: Flown, waypoints: Array) -> tuple[Array, Array, Array]:
     return off, above, slope
 
 
-def compare(real: RealFlight) -> list[tuple[str, str, float, float, float]]:
+def compare(real: RealFlight, phases: int = _PHASES) -> list[tuple[str, str, float, float, float]]:
     """Return flight, quantity, real, double and the double's share more or less, a row each.
 
     The double's figure is the median over starts at different phases of its ticks.
+
+    Parameters
+    ----------
+    phases : int
+        Number of these starts.
     """
     measured = figures(real, real.flown)
     speed = float(np.median(np.hypot(*np.gradient(real.flown.place, real.flown.time_s, axis=0).T)))
-    shifts = np.arange(_PHASES) * speed * PERIOD_S / _PHASES
+    shifts = np.arange(phases) * speed * PERIOD_S / phases
     flights = [figures(real, fly(real, float(shift))) for shift in shifts]
     rows = []
     for name, value in measured.items():

@@ -140,6 +140,7 @@ class Autopilot:
         )
         self.armed = start.armed
         self.lists.current = lambda: self.pilot.sequencer.index
+        self.lists.chosen = self.set_current
         if kind is Kind.ARDUPLANE:
             place = round(lat * DEGREES), round(lon * DEGREES)
             self.lists.home = Item(16, 0, (0.0,) * 4, *place, home_m)
@@ -149,6 +150,11 @@ class Autopilot:
         self._time_s = 0.0
         self._commands = Commands(self)
         self._telemetry = Telemetry(self)
+
+    @property
+    def time_s(self) -> float:
+        """Instant up to which the autopilot has flown."""
+        return self._time_s
 
     @property
     def reached(self) -> list[int]:

@@ -12,7 +12,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from pathgene.sim.autopilot.autopilot import Autopilot
+from pathgene.sim.autopilot.endpoint import Endpoint
 from pathgene.sim.autopilot.link import Faults, Wire
 from pathgene.sim.autopilot.vehicle import PERIOD_S
 
@@ -25,6 +25,8 @@ class Connection:
 
     Parameters
     ----------
+    autopilot : Endpoint
+        The autopilot, or a part of a test that stands before it and alters its messages.
     up, down : Faults, optional
         Faults of the way to the autopilot, and back.
     seed : int
@@ -44,7 +46,7 @@ class Connection:
 
     def __init__(
         self,
-        autopilot: Autopilot,
+        autopilot: Endpoint,
         up: Faults | None = None,
         down: Faults | None = None,
         *,
@@ -53,14 +55,14 @@ class Connection:
         component: int = 190,
     ) -> None:
         self.autopilot = autopilot
-        self.now_s = 0.0
+        self.now_s = autopilot.time_s
         self.up = Wire(system, component, up, seed=2 * seed)
         self.down = Wire(autopilot.system, autopilot.component, down, seed=2 * seed + 1)
         self.mav = mavlink.MAVLink(_Port(self), system, component)
         self.port = None
         self._parser = mavlink.MAVLink(None)
         self._inbox: deque[Any] = deque()
-        self._next_tick_s = PERIOD_S
+        self._next_tick_s = self.now_s + PERIOD_S
 
     def clock(self) -> float:
         """Return the present instant, as ``time.monotonic`` does."""
@@ -119,6 +121,8 @@ class Connection:
 
     def _happen(self) -> None:
         """Deliver the messages that are due, and let the autopilot act."""
+        # Another connection may have let time pass.
+        self.now_s = max(self.now_s, self.autopilot.time_s)
         for message in self.up.arrived(self.now_s):
             self._reply(self.autopilot.handle(message, self.now_s))
         if self.now_s >= self._next_tick_s:

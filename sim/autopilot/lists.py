@@ -37,6 +37,7 @@ class _Upload:
     sender: Address
     count: int
     number: int = 0
+    current: int | None = None
     items: list[Item] = field(default_factory=list)
     received_s: float = 0.0
     asked_s: float = 0.0
@@ -64,6 +65,8 @@ class Lists:
         Item 0 of ArduPilot's mission, whatever a ground station writes there; None to keep that.
     current : callable
         Returns the number of the item under way, which is marked when it is read back.
+    chosen : callable
+        Called with the number of the item that an upload to PX4 marks as the current one.
     """
 
     def __init__(
@@ -78,8 +81,14 @@ class Lists:
         self.items: dict[int, list[Item]] = {kind: [] for kind in KINDS}
         self.home: Item | None = None
         self.current: Callable[[], int] = lambda: -1
+        self.chosen: Callable[[int], object] = lambda _number: None
         self._runs, self._say, self._changed = runs, say, changed
         self._uploads: dict[int, _Upload] = {}
+        self._completed: dict[int, _Upload] = {}
+
+    def abandon(self, kind: int) -> None:
+        """Give an upload up without a word; items in their places stay there."""
+        self._uploads.pop(kind, None)
 
     def is_receiving(self, kind: int) -> bool:
         """Return whether an upload of a kind is under way."""
@@ -148,7 +157,11 @@ class Lists:
         """Take an item of an upload."""
         upload = self._uploads.get(kind)
         if upload is None:
-            return [_ack(sender, Result.ERROR, kind)]
+            last = self._completed.get(kind)
+            is_known = last is not None and (sender, message.seq + 1) == (last.sender, last.count)
+            # PX4 takes a repeated last item as a sign that its confirmation was lost.
+            is_repeated = is_known and not self.rules.is_ardupilot
+            return [_ack(sender, Result.ACCEPTED if is_repeated else Result.ERROR, kind)]
         if message.seq != upload.number:
             wrong = [_ack(sender, Result.INVALID_SEQUENCE, kind)]
             return wrong if self.rules.complains_of_sequence else []
@@ -160,16 +173,20 @@ class Lists:
             del self._uploads[kind]
             return [_ack(sender, result, kind)]
         item = self.rules.kept(item, kind)
+        if kind == MISSION and upload.number == 0 and self.home is not None:
+            item = self.home
         if kind in self.rules.in_place:
             self.items[kind][upload.number : upload.number + 1] = [item]
             self._changed(kind)
         else:
             upload.items.append(item)
+            if message.current == 1:
+                upload.current = upload.number
         upload.number += 1
         upload.received_s = now_s
         if upload.number < upload.count:
             return [self._ask(upload, kind, now_s)]
-        del self._uploads[kind]
+        self._completed[kind] = self._uploads.pop(kind)
         return [_ack(sender, self._complete(upload, kind), kind)]
 
     def _complete(self, upload: _Upload, kind: int) -> Result:
@@ -187,6 +204,8 @@ class Lists:
                 return Result.ERROR
         self.items[kind] = upload.items
         self._changed(kind)
+        if kind == MISSION and upload.current is not None:
+            self.chosen(upload.current)
         return Result.ACCEPTED
 
     def _clear(self, sender: Address, kind: int) -> list[Any]:

@@ -160,7 +160,8 @@ def _kept_ardupilot(item: Item, kind: int) -> Item:
         return replace(item, params=(item.params[0], 0.0, 0.0, 0.0), z=0.0)
     if kind == RALLY:
         return replace(item, params=(0.0, 0.0, 0.0, 0.0), z=float(int(item.z)))
-    z = float(np.float32(int(np.float32(item.z) * np.float32(100))) / np.float32(100))
+    # In single precision, so that a height that is read and written back may lose a centimetre.
+    z = float(np.float32(int(np.float32(item.z) * np.float32(100))) * np.float32(0.01))
     first, second, third, fourth = item.params
     match item.command:
         case Command.WAYPOINT:

@@ -9,7 +9,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from pathgene.sim.autopilot.autopilot import Autopilot
+from pathgene.sim.autopilot.endpoint import Endpoint
 
 
 __all__ = ["Served"]
@@ -32,7 +32,7 @@ class Served(threading.Thread):
         UDP port on the local host.
     """
 
-    def __init__(self, autopilot: Autopilot, *, port: int = 0, speed: float = 1.0) -> None:
+    def __init__(self, autopilot: Endpoint, *, port: int = 0, speed: float = 1.0) -> None:
         super().__init__(daemon=True)
         self.autopilot = autopilot
         self._speed = speed

@@ -1,34 +1,29 @@
-"""Our own autopilot on UDP, with configurable faults."""
+"""The simulated autopilot with faults that a test chooses, in virtual time or on UDP."""
 
-import math
-import os
-import threading
-import time
+from dataclasses import replace
+from types import SimpleNamespace
 
+from pymavlink.dialects.v20 import common as mavlink
 
-os.environ["MAVLINK20"] = "1"
-
-from pymavlink import mavutil
-
-from pathgene.host.mission.autopilot.mavlink_link import open_link
+from pathgene.host.mission.autopilot.mavlink_link import Link, open_link
 from pathgene.host.mission.autopilot.upload import upload
+from pathgene.sim.autopilot.autopilot import Autopilot, Start
+from pathgene.sim.autopilot.connection import Connection
+from pathgene.sim.autopilot.items import Item
+from pathgene.sim.autopilot.pilot import Kind
+from pathgene.sim.autopilot.rules import ARDUPLANE_RULES, PX4_RULES
+from pathgene.sim.autopilot.served import Served
 
 
 ARDUPILOT = 3
 # Values of MAV_MISSION_RESULT.
-ACCEPTED, ERROR, UNSUPPORTED, INVALID_PARAM1 = 0, 1, 3, 6
-INVALID_SEQUENCE, DENIED, CANCELLED = 13, 14, 15
-# Parameters, from 0, that ArduPilot accepts as NaN, by commands (AP_Mission::sanity_check_params).
-NAN_IN = {16: {3}, 21: {3}, 22: {3}, 84: {3}, 85: {2, 3}}
+ERROR, UNSUPPORTED, DENIED = 1, 3, 14
 
 
-class OwnAutopilot(threading.Thread):
-    """Stores a list for each kind of mission and returns it, with an error if told to.
+class OwnAutopilot:
+    """An autopilot on the ground that stands between a link and the simulated one.
 
-    As ArduPilot (``kind`` 3), it refuses NaN and infinite parameters by ArduPilot's rules, shortens
-    its mission when a count arrives and writes each item in its place, keeps the items of a fence
-    until the last has arrived, refuses to clear a mission that runs, and denies its lists while it
-    waits for items. As any other kind, it replaces a list when the last item has arrived.
+    As ArduPilot (``kind`` 3), it has ArduPlane's rules, as any other kind PX4's.
 
     Attributes
     ----------
@@ -37,9 +32,11 @@ class OwnAutopilot(threading.Thread):
     armed, runs : bool
         Whether its motors run, and whether it flies its mission.
     lists : dict
-        Items by the kind of mission.
+        Items by the kind of mission, as the autopilot keeps them.
+    arrived : dict
+        The latest messages with items, as they arrived, by kind and number.
     alter : callable
-        Changes an item before it is returned.
+        Changes the message of an item before it is returned.
     keeps : int
         Maximum number of items that it returns.
     drops : int
@@ -59,164 +56,183 @@ class OwnAutopilot(threading.Thread):
         Sees each acknowledgement, result and kind, and tells whether it is lost.
     """
 
+    system, component = 7, 1
+
     def __init__(self):
-        super().__init__(daemon=True)
-        self.kind = 0
-        self.armed = self.runs = False
-        self.lists = {0: [], 1: []}
-        self.alter = lambda _item: None
+        self._autopilot = Autopilot(
+            Kind.PX4, Start((46.0, 7.0, 500.0), armed=False), system=self.system
+        )
+        self._lists = self._autopilot.lists
+        self._home = Item(16, 0, (0.0,) * 4, 460_000_000, 70_000_000, 500.0)
+        self.runs = False
+        self._lists._runs = lambda: self.runs
+        self.arrived = {}
+        self.alter = lambda _message: None
         self.keeps = 10_000
         self.drops = 0
         self.breaks = lambda _message: None
         self.loses = lambda _result, _kind: False
-        self.asks_by = "mission_request_int_send"
         self.asks_for = lambda number: number
         self.mixes_lists = self.keeps_home = False
         self.has_fences = True
-        self.moves_home = False
-        self.upload_timeout_s = 8.0
         self.asks_twice_after_s = None
-        # Kind, number of items, items that have arrived, and time of the last one.
-        self.receiving = None
-        self._link = mavutil.mavlink_connection("udpin:127.0.0.1:0", source_system=7)
-        self.address = f"udpout:127.0.0.1:{self._link.port.getsockname()[1]}"
-        self._closed = threading.Event()
-        self.start()
+        self._received = 0
+        self._late = []
+        self._served = None
+        self.kind = 0
+
+    @property
+    def kind(self):
+        return self._kind
+
+    @kind.setter
+    def kind(self, kind):
+        self._kind = kind
+        self._lists.home = self._home if kind == ARDUPILOT else None
+        self._lists.rules = ARDUPLANE_RULES if kind == ARDUPILOT else PX4_RULES
+
+    @property
+    def armed(self):
+        return self._autopilot.armed
+
+    @armed.setter
+    def armed(self, armed):
+        self._autopilot.armed = armed
+
+    @property
+    def lists(self):
+        made = {}
+        for kind in (0, 1):
+            made[kind] = [
+                SimpleNamespace(
+                    mission_type=kind,
+                    seq=seq,
+                    **{f"param{number}": value for number, value in enumerate(item.params, 1)},
+                    **{name: getattr(item, name) for name in KEPT},
+                )
+                for seq, item in enumerate(self._lists.items[kind])
+            ]
+        return made
+
+    def follow(self, **rules):
+        """Change rules of the protocol, of :class:`pathgene.sim.autopilot.rules.Rules`."""
+        self._lists.rules = replace(self._lists.rules, **rules)
+
+    @property
+    def current(self):
+        """Number of the item that the mission begins with."""
+        return self._autopilot.pilot.sequencer.first
+
+    @current.setter
+    def current(self, number):
+        self._autopilot.set_current(number)
+
+    @property
+    def address(self):
+        """Address on UDP; the first use begins to serve it there."""
+        if self._served is None:
+            self._served = Served(self)
+            self._served.start()
+        return f"udpout:127.0.0.1:{self._served.port}"
 
     def close(self):
-        self._closed.set()
-        self.join()
-        self._link.close()
+        if self._served is not None:
+            self._served.close()
 
-    def run(self):
-        number = 0
-        while not self._closed.is_set():
-            message = self._link.recv_match(blocking=True, timeout=0.05)
-            if message is None:
-                continue
-            if message.get_type() == "HEARTBEAT":
-                mode = 128 if self.armed else 0
-                self._link.mav.heartbeat_send(1, self.kind, mode, 0, 0)
-                continue
-            number += 1
+    @property
+    def time_s(self):
+        return self._autopilot.time_s
+
+    def handle(self, message, now_s):
+        self._received += message.get_type() != "HEARTBEAT"
+        interrupt = broken = None
+        try:
             broken = self.breaks(message)
-            if broken == "lost" or (self.drops and not number % self.drops):
-                continue
-            self._answer(message, broken)
-
-    def _answer(self, message, broken):
-        to = (message.get_srcSystem(), message.get_srcComponent())
-        kind = getattr(message, "mission_type", 0)
-        if self.receiving and time.monotonic() - self.receiving[3] > self.upload_timeout_s:
-            self.receiving = None
-        if broken is not None:
-            self._acknowledge(to, broken, kind)
+        except KeyboardInterrupt as error:
+            # The ground station is interrupted while the message is on its way.
+            interrupt = error
+        is_dropped = self.drops and not self._received % self.drops
+        if broken == "lost" or is_dropped:
+            answers = []
+        elif broken is not None:
+            answers = [self._acknowledgement(message, broken)]
             if message.get_type() == "MISSION_ITEM_INT":
-                self.receiving = None
-            return
-        is_busy = self.receiving is not None and self.kind == ARDUPILOT
-        match message.get_type():
-            case "MISSION_COUNT" | "MISSION_CLEAR_ALL" | "MISSION_REQUEST_LIST" if (
-                kind == 1 and not self.has_fences
-            ):
-                self._acknowledge(to, UNSUPPORTED, kind)
-            case "MISSION_CLEAR_ALL":
-                runs = self.runs and kind == 0
-                if self.kind == ARDUPILOT and (runs or is_busy):
-                    self._acknowledge(to, ERROR, kind)
-                else:
-                    self.lists[kind] = self.lists[kind][: self.keeps_home and kind == 0]
-                    self._acknowledge(to, ACCEPTED, kind)
-            case "MISSION_COUNT":
-                self.receiving = (kind, message.count, [], time.monotonic())
-                if self._is_in_place(kind):
-                    del self.lists[0][message.count :]
-                self._ask(to, 0, kind)
-            case "MISSION_ITEM_INT":
-                self._take(to, message, kind)
-            case "MISSION_ACK" if message.type == CANCELLED and self.kind != ARDUPILOT:
-                self.receiving = None
-            case "MISSION_REQUEST_LIST" | "MISSION_REQUEST_INT" if is_busy:
-                self._acknowledge(to, DENIED, kind)
-            case "MISSION_REQUEST_LIST":
-                if self.mixes_lists:
-                    self._link.mav.mission_count_send(*to, len(self.lists[1 - kind]), 1 - kind)
-                count = min(self.keeps, len(self.lists[kind]))
-                self._link.mav.mission_count_send(*to, count, kind)
-            case "MISSION_REQUEST_INT":
-                self._give(to, message.seq, kind)
+                self._lists.abandon(message.mission_type)
+        elif not self.has_fences and getattr(message, "mission_type", 0) == 1:
+            answers = [self._acknowledgement(message, UNSUPPORTED)]
+        else:
+            if message.get_type() == "MISSION_ITEM_INT":
+                self.arrived[message.mission_type, message.seq] = message
+            before = self._lists.items[0]
+            answers = self._autopilot.handle(message, now_s)
+            if self.keeps_home and message.get_type() == "MISSION_CLEAR_ALL":
+                self._lists.items[0] = self._lists.items[0] or before[:1]
+        answers = self._altered(answers, now_s)
+        if interrupt is not None:
+            self._late += [(now_s, answer) for answer in answers]
+            raise interrupt
+        return answers
 
-    def _is_in_place(self, kind):
-        return self.kind == ARDUPILOT and kind == 0
-
-    def _take(self, to, item, kind):
-        if self.receiving is None:
-            self._acknowledge(to, ERROR, kind)
-            return
-        _, count, arrived, _ = self.receiving
-        if self.kind == ARDUPILOT and item.seq != len(arrived):
-            self._acknowledge(to, INVALID_SEQUENCE, kind)
-            return
-        result = self._judge(item) if self._is_in_place(kind) else ACCEPTED
-        if result != ACCEPTED:
-            self.receiving = None
-            self._acknowledge(to, result, kind)
-            return
-        if item.seq == len(arrived):
-            arrived.append(item)
-            if self._is_in_place(kind):
-                self.lists[0][item.seq : item.seq + 1] = [item]
-        self.receiving = (kind, count, arrived, time.monotonic())
-        if len(arrived) < count:
-            self._ask(to, len(arrived), kind)
-            return
-        self.lists[kind] = arrived
-        self.receiving = None
-        self._acknowledge(to, ACCEPTED, kind)
+    def advance(self, now_s):
+        due = [message for time_s, message in self._late if time_s <= now_s]
+        self._late = [(time_s, message) for time_s, message in self._late if time_s > now_s]
+        return due + self._altered(self._autopilot.advance(now_s), now_s)
 
     @staticmethod
-    def _judge(item):
-        """Return ArduPilot's result for the parameters of an item."""
-        allowed = NAN_IN.get(item.command, ())
-        for number in range(4):
-            value = getattr(item, f"param{number + 1}")
-            if math.isinf(value) or (math.isnan(value) and number not in allowed):
-                return INVALID_PARAM1 + number
-        return ACCEPTED
+    def _acknowledgement(message, result):
+        sender = message.get_srcSystem(), message.get_srcComponent()
+        kind = getattr(message, "mission_type", 0)
+        return mavlink.MAVLink_mission_ack_message(*sender, result, mission_type=kind)
 
-    def _acknowledge(self, to, result, kind):
-        if not self.loses(result, kind):
-            self._link.mav.mission_ack_send(*to, result, kind)
+    def _other_count(self, message):
+        """Return the message with the size of the other list."""
+        to = message.target_system, message.target_component
+        other = 1 - message.mission_type
+        return mavlink.MAVLink_mission_count_message(
+            *to, len(self._lists.items[other]), mission_type=other
+        )
 
-    def _ask(self, to, number, kind):
-        getattr(self._link.mav, self.asks_by)(*to, self.asks_for(number), kind)
-        if self.asks_twice_after_s is not None and number == 2:
-            time.sleep(self.asks_twice_after_s)
-            getattr(self._link.mav, self.asks_by)(*to, number, kind)
+    def _altered(self, messages, now_s):
+        """Return the messages that are sent, with their faults."""
+        out = []
+        for message in messages:
+            match message.get_type():
+                case "HEARTBEAT":
+                    message.autopilot = self.kind
+                case "MISSION_ACK" if self.loses(message.type, message.mission_type):
+                    continue
+                case "MISSION_COUNT":
+                    if self.mixes_lists:
+                        out.append(self._other_count(message))
+                    message.count = min(self.keeps, message.count)
+                case "MISSION_ITEM_INT":
+                    self.alter(message)
+                case "MISSION_REQUEST" | "MISSION_REQUEST_INT":
+                    if self.asks_twice_after_s is not None and message.seq == 2:
+                        self._late.append((now_s + self.asks_twice_after_s, message))
+                    message.seq = self.asks_for(message.seq)
+            out.append(message)
+        return out
 
-    def _give(self, to, number, kind):
-        item = self.lists[kind][number]
-        before = {name: getattr(item, name) for name in item.fieldnames}
-        self.alter(item)
-        if self.moves_home and (number, kind) == (0, 0):
-            item.x += 1000
-        values = {name: getattr(item, name) for name in item.fieldnames}
-        for name, value in before.items():
-            setattr(item, name, value)
-        values |= {"target_system": to[0], "target_component": to[1]}
-        self._link.mav.mission_item_int_send(**values)
+
+#: Members of an item that :attr:`OwnAutopilot.lists` has.
+KEPT = ("command", "frame", "x", "y", "z", "autocontinue")
 
 
-def connect(address, answer_s=0.3):
-    """Return a link on which the autopilot has been found."""
-    link = open_link(address, answer_s=answer_s)
+def connect(to, answer_s=0.3):
+    """Return a link on which the autopilot has been found: to an address, or in virtual time."""
+    if isinstance(to, str):
+        link = open_link(to, answer_s=answer_s)
+    else:
+        connection = Connection(to)
+        link = Link(connection, answer_s, connection.clock)
     link.find(20.0)
     return link
 
 
 def uploaded(own, plan, **options):
-    """Upload a plan and close the link."""
-    link = connect(own.address, answer_s=0.3)
+    """Upload a plan in virtual time and close the link."""
+    link = connect(own)
     try:
         return upload(plan, link, **options)
     finally:

@@ -94,10 +94,9 @@ def test_nobody_there(autopilot):
 
 def test_ardupilot_gets_home_as_item_0(own, plans):
     own.kind = 3
-    own.moves_home = True
     done = uploaded(own, plans[2])
     assert (done.autopilot_name, done.mission_items) == ("ardupilot", len(plans[2].items) + 1)
-    home = own.lists[0][0]
+    home = own.arrived[0, 0]
     assert (home.x, home.y) == tuple(round(1e7 * value) for value in plans[2].home[:2])
     assert home.z == single(plans[2].home[2])
 
@@ -109,7 +108,7 @@ def test_the_kind_of_the_autopilot_can_be_given(own, plans):
 
 def test_survives_lost_messages_and_old_requests(own, plans):
     own.drops = 4  # Every fourth.
-    own.asks_by = "mission_request_send"
+    own.follow(asks_for_integers=False)
     plan = min(plans, key=lambda plan: len(plan.items))
     assert uploaded(own, plan).mission_items == len(plan.items)
 
@@ -123,8 +122,10 @@ def test_px4_says_the_same_in_other_words(own, plans):
 
 def test_ardupilot_keeps_whole_centimetres(own, plans):
     own.kind = 3
-    own.alter = lambda item: setattr(item, "z", math.floor(item.z * 100) / 100)
     uploaded(own, plans[0])
+    kept = [item.z for item in own.lists[0][1:]]
+    assert kept != [single(item.alt_m) for item in plans[0].items]
+    assert kept == pytest.approx([round(z, 2) for z in kept], abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -171,8 +172,9 @@ def test_an_older_plan_file_reaches_ardupilot_without_its_nan(own, plans):
     older = replace(loiter, params=(None, 0.0, 60.0, None))
     plan = replace(plans[0], items=(*items, older))
     uploaded(own, plan)
-    assert own.lists[0][-1].param1 == own.lists[0][-1].param4 == 0
-    assert math.isnan(own.lists[0][1].param4)
+    last = own.arrived[0, len(items) + 1]
+    assert last.param1 == last.param4 == 0
+    assert math.isnan(own.arrived[0, 1].param4)
     own.kind = 12
     uploaded(own, plan)
     assert math.isnan(own.lists[0][-1].param4)

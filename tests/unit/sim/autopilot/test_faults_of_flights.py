@@ -201,7 +201,7 @@ def test_px4_takes_a_mission_without_landing_and_does_not_start_it():
 @pytest.mark.ci
 @pytest.mark.parametrize("name", ["m1calm", "m2calm", "m3calm", "m4wind", "m6calm"])
 def test_the_double_flies_as_the_real_autopilot_did(name):
-    rows = compare(read_flight(flight_folder(name)))
+    rows = compare(read_flight(flight_folder(name)), phases=3)
     assert len(rows) >= 7
     far = [row for row in rows if not abs(row[-1]) <= ALLOWED]
     assert not far

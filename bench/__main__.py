@@ -39,6 +39,7 @@ NAMES = {
     "desk": "the desk in Chromium: until it shows, frames in 3-D, generations seen",
     "peers": "optimizers and planners of other projects, compared with fpa-2opt",
     "autopilot": "the simulated autopilot beside real flights; needs --flights, so only if named",
+    "exports": "planned missions uploaded to the simulated autopilot and flown; only if named",
     "fpga": "area and routed clock on real devices; hours, so only if named",
 }
 
@@ -78,7 +79,9 @@ def main() -> int:
     arguments.out.mkdir(parents=True, exist_ok=True)
     status = 0
     for name in arguments.names or [
-        name for name in NAMES if name not in ("autopilot", "fpga", "flight", "replan", "safety")
+        name
+        for name in NAMES
+        if name not in ("autopilot", "exports", "fpga", "flight", "replan", "safety")
     ]:
         try:
             report = importlib.import_module(f"bench.{name.replace('-', '_')}").run(options)

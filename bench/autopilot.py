@@ -30,7 +30,7 @@ from pathgene.sim.autopilot.vehicle import PERIOD_S
 from pathgene.sim.autopilot.wind import Wind
 
 
-__all__ = ["ALLOWED", "Flown", "RealFlight", "figures", "fly", "read_flight", "run"]
+__all__ = ["ALLOWED", "Flown", "RealFlight", "figures", "fly", "from_legs", "read_flight", "run"]
 
 #: Allowed difference of the double from the flight, as a share.
 ALLOWED = 0.3
@@ -208,7 +208,7 @@ def figures(real: RealFlight, flown: Flown) -> dict[str, float]:
     waypoints = real.waypoints
     final = len(real.items) - 1
     under_way = (flown.index > 1) & (flown.index < final)
-    off, above, slope = _from_legs(flown, waypoints)
+    off, above, slope = from_legs(flown, waypoints)
     off, above, slope = off[under_way], above[under_way], slope[under_way]
     is_circle = off > _OFF_M
     begins = flown.time_s[under_way]
@@ -240,7 +240,7 @@ def figures(real: RealFlight, flown: Flown) -> dict[str, float]:
     return made
 
 
-def _from_legs(flown: Flown, waypoints: Array) -> tuple[Array, Array, Array]:
+def from_legs(flown: Flown, waypoints: Array) -> tuple[Array, Array, Array]:
     """Return each place's distance from the nearest leg, its height over it, and the leg's slope.
 
     Only the legs around the item under way count.

@@ -11,6 +11,7 @@ from __future__ import annotations
 import csv
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -155,20 +156,29 @@ def _wind(flown: Flown, airspeed_m_s: float) -> tuple[float, float]:
     return float(wind[0]), float(wind[1])
 
 
-def fly(real: RealFlight, shift_m: float = 0.0) -> Flown:
+def fly(
+    real: RealFlight, shift_m: float = 0.0, changes: Mapping[str, float] | None = None
+) -> Flown:
     """Return the double's flight of the same mission.
 
     Parameters
     ----------
     shift_m : float
         Distance by which the double starts farther back than the real flight.
+    changes : mapping, optional
+        Parameters that differ from those of the real flight.
     """
     track = real.flown
     steps = int(np.searchsorted(track.time_s, track.time_s[0] + 0.6))
     velocity = (track.place[steps] - track.place[0]) / (track.time_s[steps] - track.time_s[0])
     air = velocity - (real.wind.east_m_s, real.wind.north_m_s)
     start = track.place[0] - shift_m * velocity / np.hypot(*velocity)
-    parameters = Parameters(ARDUPLANE, SIMULATED_PARAMETERS, {"AIRSPEED_CRUISE": real.airspeed_m_s})
+    parameters = Parameters(
+        ARDUPLANE,
+        SIMULATED_PARAMETERS,
+        {"AIRSPEED_CRUISE": real.airspeed_m_s},
+        changes or {},
+    )
     vehicle = start_vehicle(
         Kind.ARDUPLANE,
         parameters,
@@ -265,7 +275,9 @@ def from_legs(flown: Flown, waypoints: Array) -> tuple[Array, Array, Array]:
     return off, above, slope
 
 
-def compare(real: RealFlight, phases: int = _PHASES) -> list[tuple[str, str, float, float, float]]:
+def compare(
+    real: RealFlight, phases: int = _PHASES, changes: Mapping[str, float] | None = None
+) -> list[tuple[str, str, float, float, float]]:
     """Return flight, quantity, real, double and the double's share more or less, a row each.
 
     The double's figure is the median over starts at different phases of its ticks.
@@ -274,11 +286,13 @@ def compare(real: RealFlight, phases: int = _PHASES) -> list[tuple[str, str, flo
     ----------
     phases : int
         Number of these starts.
+    changes : mapping, optional
+        Parameters of the double that differ from those of the real flight.
     """
     measured = figures(real, real.flown)
     speed = float(np.median(np.hypot(*np.gradient(real.flown.place, real.flown.time_s, axis=0).T)))
     shifts = np.arange(phases) * speed * PERIOD_S / phases
-    flights = [figures(real, fly(real, float(shift))) for shift in shifts]
+    flights = [figures(real, fly(real, float(shift), changes)) for shift in shifts]
     rows = []
     for name, value in measured.items():
         doubles = [flight[name] for flight in flights if name in flight]

@@ -124,6 +124,22 @@ def test_a_speed_of_the_mission_is_flown():
     assert vehicle.sensed_eas_m_s == pytest.approx(18, abs=0.8)
 
 
+def test_a_take_off_climbs_on_its_course_before_the_mission_turns():
+    start = Start(HOME, height_m=0.0, heading_deg=90.0)
+    station = connected(Autopilot(Kind.ARDUPLANE, start))
+    items = [at(0, 0, z=580, command=22, params=(12.0, 0.0, 0.0, 0.0)), at(0, 1500, z=600)]
+    station.upload([at(0, 0), *items])
+    station.command(START)
+    autopilot = station.connection.autopilot
+    vehicle = autopilot.pilot.vehicle
+    place = fly(autopilot, 60, lambda: vehicle.place if autopilot.reached else None)
+    assert place[0] > 100
+    assert abs(place[1]) < 10
+    assert vehicle.altitude_m == pytest.approx(580, abs=3)
+    fly(autopilot, 20)
+    assert vehicle.velocity[1] > 15
+
+
 def test_a_landing_ends_on_the_ground():
     items = [at(0, 800, z=560), at(0, 1600, z=500, command=21)]
     station, autopilot = flying(items)

@@ -199,6 +199,21 @@ def test_px4_takes_a_mission_without_landing_and_does_not_start_it():
 
 
 @pytest.mark.ci
+@pytest.mark.parametrize(
+    ("changes", "seen"),
+    [
+        ({"TECS_HDEM_TCONST": 1.5}, "under the line in climbs, m"),
+        ({"ALT_SLOPE_MIN": 200.0}, "under the line in climbs, m"),
+        ({"NAVL1_PERIOD": 30.0}, "cross-track rms, m"),
+        ({"ROLL_LIMIT_DEG": 40.0}, "largest bank, deg"),
+    ],
+)
+def test_the_comparison_sees_another_autopilot(changes, seen):
+    rows = compare(read_flight(flight_folder("m1calm")), phases=1, changes=changes)
+    assert seen in [name for _, name, *_, difference in rows if not abs(difference) <= ALLOWED]
+
+
+@pytest.mark.ci
 @pytest.mark.parametrize("name", ["m1calm", "m2calm", "m3calm", "m4wind", "m6calm"])
 def test_the_double_flies_as_the_real_autopilot_did(name):
     rows = compare(read_flight(flight_folder(name)), phases=3)

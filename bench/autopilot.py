@@ -166,7 +166,7 @@ def fly(
     shift_m : float
         Distance by which the double starts farther back than the real flight.
     changes : mapping, optional
-        Parameters that differ from those of the real flight.
+        Parameters in which the double differs from the real flight.
     """
     track = real.flown
     steps = int(np.searchsorted(track.time_s, track.time_s[0] + 0.6))
@@ -287,7 +287,7 @@ def compare(
     phases : int
         Number of these starts.
     changes : mapping, optional
-        Parameters of the double that differ from those of the real flight.
+        Parameters in which the double differs from the real flight.
     """
     measured = figures(real, real.flown)
     speed = float(np.median(np.hypot(*np.gradient(real.flown.place, real.flown.time_s, axis=0).T)))

@@ -23,7 +23,8 @@ from bench.report import Report
 from bench.scenarios import missing, names
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.flight.judge import SHARE, demanded_m
+from pathgene.host.flight.ground import demanded_m, known_surface_m
+from pathgene.host.flight.judge import SHARE
 from pathgene.host.formats.places import degrees
 from pathgene.host.mission.autopilot.flight_plan import flight_plan
 from pathgene.host.mission.autopilot.mavlink_link import Link
@@ -206,7 +207,7 @@ def _judged(problem: Problem, autopilot: Autopilot, flown: Flown, arrived: bool)
     terrain, plane = problem.terrain, autopilot.earth.plane
     lat, lon = np.array([plane.degrees((east, north)) for east, north in flown.place.tolist()]).T
     x, y = terrain.to_local(lat, lon)
-    clearance = flown.altitude_m - surface_below(terrain, x, y, void_m=math.nan)
+    clearance = flown.altitude_m - known_surface_m(terrain, x, y)
     demanded = demanded_m(problem, x, y)
     with np.errstate(divide="ignore", invalid="ignore"):
         shares = np.where(demanded > 0, clearance / demanded, np.where(clearance > 0, 9.0, -1.0))

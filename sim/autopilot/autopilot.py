@@ -198,7 +198,7 @@ class Autopilot:
         return out + self._sent()
 
     def fly_mission(self) -> CommandResult:
-        """Begin the mission; PX4 refuses one that is not feasible."""
+        """Begin or resume the mission; PX4 refuses one that is not feasible."""
         first = self.pilot.sequencer.first
         items = self.lists.items[MISSION]
         if len(items) <= first:
@@ -222,7 +222,7 @@ class Autopilot:
             return False
         if self.pilot.mode is Mode.AUTO:
             return self.pilot.sequencer.jump(index, self.pilot.air(), self.pilot.time_s)
-        self.pilot.sequencer.first = max(index, 1 if self.kind is Kind.ARDUPLANE else 0)
+        self.pilot.sequencer.choose(index)
         return True
 
     def return_home(self, reason: str) -> None:
@@ -253,6 +253,8 @@ class Autopilot:
             self._fence = Fence.of(self.lists.items[FENCE], self.earth.plane)
             self._is_breached = False
         elif kind == MISSION and not self.lists.is_receiving(MISSION):
+            if not self.lists.items[MISSION] and self.pilot.mode is not Mode.AUTO:
+                self.pilot.sequencer.choose(0)
             reason = self.mission_refusal()
             if reason is not None:
                 self.say(reason)

@@ -115,6 +115,9 @@ class Sequencer:
         Numbers of the items that have been done.
     speed_m_s : float or None
         Airspeed that the mission asked for.
+    resumes : int
+        Number of the item that the mission begins with, or resumes with after another mode. A new
+        list does not change it, so another mission is resumed in its middle.
     is_complete, has_landed : bool
         Whether nothing is left to fly, and whether the aircraft is on the ground.
     """
@@ -127,13 +130,17 @@ class Sequencer:
     speed_m_s: float | None = None
     is_complete: bool = False
     has_landed: bool = False
+    resumes: int = field(init=False)
     _now: _Progress | None = None
     _jumps: dict[int, int] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        self.resumes = self.first
+
     @property
     def index(self) -> int:
-        """Number of the item under way, or of the first one."""
-        return self.first if self._now is None else self._now.index
+        """Number of the item under way, or of the one to begin with."""
+        return self.resumes if self._now is None else self._now.index
 
     @property
     def command(self) -> int | None:
@@ -146,11 +153,19 @@ class Sequencer:
         return self._now is not None
 
     def start(self, air: Air, now_s: float, index: int | None = None) -> None:
-        """Begin the mission at an item, at the present place."""
+        """Begin or resume the mission, or begin it at an item, at the present place."""
         self.navigator.enter(air)
         self.is_complete = False
         self._jumps.clear()
-        self._begin_from(self.first if index is None else index, air, now_s)
+        if index is None:
+            index = self.resumes if self.resumes < len(self.items()) else self.first
+        self._begin_from(index, air, now_s)
+
+    def choose(self, index: int) -> None:
+        """Let the mission begin at an item the next time; one that is paused is forgotten."""
+        self._now = None
+        self.is_complete = False
+        self.resumes = max(index, self.first)
 
     def jump(self, index: int, air: Air, now_s: float) -> bool:
         """Continue with another item; return whether the mission has it."""
@@ -181,8 +196,10 @@ class Sequencer:
         if index >= len(items):
             self._now = None
             self.is_complete = True
+            self.resumes = self.first
             return
         item = items[index]
+        self.resumes = index
         self._now = _Progress(index, item, now_s, course=air.motion.nose)
         self.say(f"Mission: {index} {_NAMES.get(item.command, 'item')}")
         if item.command == Command.DELAY:

@@ -121,7 +121,7 @@ class OwnAutopilot:
     @property
     def current(self):
         """Number of the item that the mission begins with."""
-        return self._autopilot.pilot.sequencer.first
+        return self._autopilot.pilot.sequencer.resumes
 
     @current.setter
     def current(self, number):

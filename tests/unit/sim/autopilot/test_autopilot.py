@@ -208,6 +208,35 @@ def test_new_items_behind_the_present_one_are_flown():
     assert autopilot.reached == [1, 2]
 
 
+def test_another_mission_is_resumed_by_number_unless_its_first_item_is_chosen():
+    """As after guided flight: the new mission has nothing to do with item 2 of the old one."""
+    old = [at(0, 500), at(0, 5000)]
+    new = [at(0, 0), at(600, 600), at(3000, -3000)]
+    station, autopilot = flying(old)
+    fly(autopilot, 30, lambda: autopilot.reached or None)
+    assert station.command(176, 1.0, 15.0) == 0
+    assert station.upload(new) == ACCEPTED
+    assert autopilot.pilot.mode is Mode.GUIDED
+    assert station.command(176, 1.0, 10.0) == 0
+    assert autopilot.pilot.sequencer.index == 2
+
+    assert station.command(176, 1.0, 15.0) == 0
+    assert station.command(224, 1.0) == 0
+    assert station.command(176, 1.0, 10.0) == 0
+    assert autopilot.pilot.sequencer.index == 1
+
+
+def test_a_cleared_mission_is_forgotten():
+    station, autopilot = flying([at(0, 500), at(0, 5000)])
+    fly(autopilot, 30, lambda: autopilot.reached or None)
+    station.command(176, 1.0, 15.0)
+    station.connection.mav.mission_clear_all_send(1, 1, 0)
+    station.wait(0.5)
+    assert station.acks[-1] == ACCEPTED
+    assert autopilot.pilot.sequencer.index == 1
+    assert station.command(START) == 2
+
+
 def test_another_current_item_is_flown_to():
     station, autopilot = flying([at(0, 1500), at(0, 3000), at(2000, 0)])
     assert station.command(224, 3) == 0

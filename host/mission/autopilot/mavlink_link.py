@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import math
 import os
 import socket
 import stat
@@ -17,7 +18,7 @@ from pathgene.host.errors import InputError, JobError
 from pathgene.host.numeric import whole
 
 
-__all__ = ["Link", "NoReplyError", "open_link"]
+__all__ = ["MOST_TRIES", "Link", "NoReplyError", "open_link"]
 
 # Our own address: a ground station.
 _SYSTEM, _COMPONENT = 255, 190
@@ -26,9 +27,16 @@ _HEARTBEAT_S = 1.0
 _ARMED = 128
 # A serial port that takes no byte for this time loses the message.
 _WRITE_S = 1.0
-# The standard's timeout for an answer, and its number of retries.
+# The standard's timeout for an answer, and its number of tries.
 _ANSWER_S = 1.5
 _TRIES = 5
+#: Number of tries while other messages of the autopilot arrive: it lives, and the link loses some.
+MOST_TRIES = 10
+# Such a try without an answer lengthens the timeout by this factor, up to this number of seconds.
+_SLOWER = 1.5
+_MOST_ANSWER_S = 6.0
+# A timeout, and the wait for late answers, in round trips.
+_TRIPS = 1.5
 _SCHEMES = ("udpout:", "udpin:", "tcp:")
 
 
@@ -56,6 +64,10 @@ class Link:
         self._connection = connection
         self._answer_s = answer_s
         self._clock = clock
+        # The present timeout; the slowest round trip so far; the time of the latest request.
+        self._patience_s = answer_s
+        self._trip_s = 0.0
+        self._asked_s = -math.inf
         self._next_beat = 0.0
         #: Address of the autopilot, and its kind, a value of MAV_AUTOPILOT.
         self.system = self.component = self.autopilot = 0
@@ -100,6 +112,9 @@ class Link:
     ) -> Any:
         """Send a message repeatedly until the autopilot answers; return the answer.
 
+        The timeout grows on a slow link, which is one whose autopilot is heard but answers later,
+        and follows the round trip of answers to a message that was sent once.
+
         Parameters
         ----------
         accept : callable
@@ -110,20 +125,33 @@ class Link:
         NoReplyError
             If there is none after several repeats.
         """
-        for _ in range(_TRIES):
+        for number in range(MOST_TRIES):
             with _silent():
                 send()
-            end = self._clock() + self._answer_s
+            self._asked_s = self._clock()
+            end = self._asked_s + self._patience_s
+            is_heard = False
             while (left_s := end - self._clock()) > 0:
                 message = self._read(left_s)
-                if (
-                    message is not None
-                    and message.get_type() in kinds
-                    and self._is_from(message)
-                    and accept(message)
-                ):
+                if message is None or not self._is_from(message):
+                    continue
+                is_heard = True
+                if message.get_type() in kinds and accept(message):
+                    if number == 0:
+                        self._measured(self._clock() - self._asked_s)
                     return message
+            if is_heard:
+                self._patience_s = min(_SLOWER * self._patience_s, _MOST_ANSWER_S)
+            elif number + 1 >= _TRIES:
+                break
         raise NoReplyError
+
+    def settle(self) -> None:
+        """Discard the messages that have arrived, and late answers to earlier requests."""
+        self.drain()
+        end = self._asked_s + _TRIPS * self._trip_s
+        while (left_s := end - self._clock()) > 0:
+            self._read(left_s)
 
     def drain(self, *, late: bool = False) -> None:
         """Discard the messages that have arrived: answers to an earlier upload.
@@ -135,6 +163,19 @@ class Link:
         end = self._clock() + (self._answer_s / 3 if late else 0.0)
         while (left_s := end - self._clock()) > 0:
             self._read(left_s)
+
+    @property
+    def is_early(self) -> bool:
+        """Whether a message that arrives now cannot be an answer to the latest request."""
+        return self._clock() - self._asked_s < 0.9 * self._trip_s
+
+    def _measured(self, trip_s: float) -> None:
+        """Note a round trip; the timeout follows the slowest one.
+
+        An answer to an earlier request makes it too short, so only the slowest one counts.
+        """
+        self._trip_s = max(trip_s, self._trip_s)
+        self._patience_s = max(self._answer_s, _TRIPS * self._trip_s)
 
     def close(self) -> None:
         """Close the connection."""

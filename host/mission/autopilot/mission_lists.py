@@ -42,8 +42,11 @@ _ACCEPTED, _UNSUPPORTED, _INVALID_SEQUENCE, _DENIED, _CANCELLED = 0, 3, 13, 14, 
 _SAME_FRAMES = {5: 0, 6: 3, 11: 10}
 # ArduPilot keeps altitudes in whole centimetres.
 _ARDUPILOT_ALTITUDE_M = 0.0101
-# Maximum answers to a list, for each item, before the autopilot counts as stuck.
-_MAX_ANSWERS = 8
+# Maximum answers to a list, for each item, before the autopilot counts as stuck. PX4 asks again
+# after 0.25 s, so 16 times during a round trip of 4 s.
+_MAX_ANSWERS = 32
+# Restarts of an upload that the autopilot gave up because messages were lost.
+_RESTARTS = 3
 
 
 class ListError(Exception):
@@ -100,17 +103,20 @@ def transfer(link: Link, mission_type: int, items: Sequence[WireItem], autopilot
     ListError
         If the autopilot refuses an item, falls silent, or returns a different list.
     """
-    link.drain()
+    link.settle()
     try:
         if not _send(link, mission_type, items):
             return
     except _UnconfirmedError as error:
         # The confirmation may be lost, and ArduPilot answers a repeated last item with an error.
+        link.settle()
         try:
             _compare(mission_type, items, read(link, mission_type), autopilot)
         except ListError:
             raise error from None
         return
+    # The autopilot complains about items that were repeated because a request came late.
+    link.settle()
     try:
         got = read(link, mission_type)
     except ListError as error:
@@ -244,12 +250,18 @@ def _send(link: Link, mission_type: int, items: Sequence[WireItem]) -> bool:
         )
 
     def is_answer(found: Any) -> bool:
-        # ArduPilot complains about an item that it no longer asks for, and waits for the next one.
-        is_complaint = found.get_type() == "MISSION_ACK" and found.type == _INVALID_SEQUENCE
-        return found.mission_type == mission_type and not is_complaint
+        if found.mission_type != mission_type:
+            return False
+        if found.get_type() == "MISSION_ACK":
+            # ArduPilot complains about an item that it no longer asks for, and waits for the next.
+            return bool(found.type != _INVALID_SEQUENCE)
+        # A late request for an item that has arrived meanwhile. One for the latest item is answered
+        # each time: on a link that loses messages, one of the answers arrives.
+        return bool(found.seq >= sent - 1)
 
     send: Callable[[], None] = announce
     answers = ("MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK")
+    restarts = 0
     for _ in range(_MAX_ANSWERS * (len(items) + 1)):
         kind = _UnconfirmedError if sent == len(items) else ListError
         place = f"item {sent} of {len(items)} of the {name}"
@@ -260,6 +272,11 @@ def _send(link: Link, mission_type: int, items: Sequence[WireItem]) -> bool:
         if message.get_type() == "MISSION_ACK":
             if message.type == _UNSUPPORTED and not items:
                 return False
+            if message.type == _CANCELLED and restarts < _RESTARTS:
+                restarts += 1
+                link.settle()
+                sent, send = 0, announce
+                continue
             if message.type != _ACCEPTED:
                 raise kind(f"The autopilot refuses {place} ({_result(message.type)})")
             if sent < len(items):

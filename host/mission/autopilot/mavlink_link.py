@@ -64,7 +64,7 @@ class Link:
         self._connection = connection
         self._answer_s = answer_s
         self._clock = clock
-        # The present timeout; the slowest round trip so far; the time of the latest request.
+        # The present timeout; the slowest round trip; the time of the latest request.
         self._patience_s = answer_s
         self._trip_s = 0.0
         self._asked_s = -math.inf
@@ -163,11 +163,6 @@ class Link:
         end = self._clock() + (self._answer_s / 3 if late else 0.0)
         while (left_s := end - self._clock()) > 0:
             self._read(left_s)
-
-    @property
-    def is_early(self) -> bool:
-        """Whether a message that arrives now cannot be an answer to the latest request."""
-        return self._clock() - self._asked_s < 0.9 * self._trip_s
 
     def _measured(self, trip_s: float) -> None:
         """Note a round trip; the timeout follows the slowest one.

@@ -5,7 +5,7 @@ import contextlib
 import pytest
 
 from pathgene.host.errors import JobError
-from pathgene.host.mission.autopilot.mavlink_link import Link
+from pathgene.host.mission.autopilot.mavlink_link import Link, NoReplyError
 from pathgene.host.mission.autopilot.upload import upload
 from pathgene.sim.autopilot.autopilot import Autopilot, Start
 from pathgene.sim.autopilot.connection import Connection
@@ -88,3 +88,53 @@ def test_the_uploaded_mission_is_flown(plans):
     link.mav.command_long_send(1, 1, 300, 0, *[0.0] * 7)
     connection.wait(5)
     assert autopilot.pilot.mode is Mode.AUTO
+
+
+def places(items):
+    """Return the places of a list without ArduPilot's home."""
+    return [(item.command, item.x, item.y) for item in items]
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize("loss", [0.0, 0.1])
+@pytest.mark.parametrize("kind", list(Kind), ids=lambda kind: kind.name.lower())
+def test_the_sentence_after_a_link_died_is_true(plans, kind, loss):
+    """The link dies at a random moment, in both directions at once."""
+    old, new = sorted((plan for plan in plans if plan.fence), key=lambda plan: len(plan.items))[:2]
+    said = set()
+    for seed in range(60):
+        link, connection = connected(old, kind)
+        upload(old, link)
+        autopilot = connection.autopilot
+        held = {
+            mission_type: places(autopilot.lists.items[mission_type]) for mission_type in (0, 1)
+        }
+        dies_s = autopilot.time_s + 0.2 + 0.4 * seed
+        faulty = Connection(
+            autopilot, *(Faults(0.05, 0.02, loss, dies_s=dies_s) for _ in range(2)), seed=seed
+        )
+        link = Link(faulty, clock=faulty.clock)
+        try:
+            link.find(3.0)
+            upload(new, link)
+        except NoReplyError:
+            outcome = "nothing is uploaded"
+        except JobError as error:
+            outcome = str(error)
+        else:
+            outcome = "uploaded"
+        for mission_type, name in ((0, "mission"), (1, "fence")):
+            now = places(autopilot.lists.items[mission_type])
+            if "nothing is uploaded" in outcome or f"its earlier {name} (" in outcome:
+                assert now == held[mission_type]
+                said.add("earlier")
+            elif f"no {name}, because" in outcome:
+                assert now == []
+            elif outcome == "uploaded":
+                assert now != held[mission_type]
+                said.add("new")
+            else:
+                assert f"an unknown {name}" in outcome
+                said.add("unknown")
+    assert said >= {"earlier", "unknown"}
+    assert loss or "new" in said  # With losses, the link dies before the end.

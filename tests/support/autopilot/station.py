@@ -2,27 +2,16 @@
 
 import csv
 from dataclasses import dataclass, field
-from pathlib import Path
-
-import pytest
 
 from pathgene.sim.autopilot.autopilot import Autopilot, Start
 from pathgene.sim.autopilot.connection import Connection
 from pathgene.sim.autopilot.items import Item
 from pathgene.sim.autopilot.pilot import Kind
+from tests.support.host.cases import flight_folder
 
 
-FLIGHTS = Path(__file__).resolve().parents[4] / "shared" / "flights"
 HOME = (46.0, 8.0, 500.0)
 ACCEPTED, ERROR, NO_SPACE, INVALID_SEQUENCE, DENIED = 0, 1, 4, 13, 14
-
-
-def flight_folder(name):
-    """Return the folder of a real flight; skip the test where it is absent."""
-    folder = FLIGHTS / name
-    if not folder.exists():
-        pytest.skip(f"the flight {name} is not next to the project")
-    return folder
 
 
 def exported(name):

@@ -18,9 +18,8 @@ from tests.support.autopilot.station import (
     autopilot_at,
     connected,
     exported,
-    flight_folder,
 )
-from tests.support.host.cases import case
+from tests.support.host.cases import case, flight_folder
 
 
 INVALID_PARAM4 = 9

@@ -18,7 +18,7 @@ from pathgene.host.errors import InputError, JobError
 from pathgene.host.numeric import whole
 
 
-__all__ = ["MOST_TRIES", "Link", "NoReplyError", "open_link"]
+__all__ = ["Link", "NoReplyError", "open_link"]
 
 # Our own address: a ground station.
 _SYSTEM, _COMPONENT = 255, 190
@@ -27,14 +27,13 @@ _HEARTBEAT_S = 1.0
 _ARMED = 128
 # A serial port that takes no byte for this time loses the message.
 _WRITE_S = 1.0
-# The standard's timeout for an answer, and its number of tries.
+# The standard's timeout for an answer, its number of tries, and ours on a link that loses messages.
 _ANSWER_S = 1.5
-_TRIES = 5
-#: Number of tries while other messages of the autopilot arrive: it lives, and the link loses some.
-MOST_TRIES = 10
-# Such a try without an answer lengthens the timeout by this factor, up to this number of seconds.
-_SLOWER = 1.5
+_TRIES, _MOST_TRIES = 5, 10
+# Maximum timeout in seconds after answers to repeated messages.
 _MOST_ANSWER_S = 6.0
+# The numbers of messages begin again after this one, in each system of MAVLink.
+_NUMBERS = 256
 # A timeout, and the wait for late answers, in round trips.
 _TRIPS = 1.5
 _SCHEMES = ("udpout:", "udpin:", "tcp:")
@@ -68,6 +67,9 @@ class Link:
         self._patience_s = answer_s
         self._trip_s = 0.0
         self._asked_s = -math.inf
+        # The number of the autopilot's latest message, and whether the numbers have had a gap.
+        self._number: int | None = None
+        self._loses = False
         self._next_beat = 0.0
         #: Address of the autopilot, and its kind, a value of MAV_AUTOPILOT.
         self.system = self.component = self.autopilot = 0
@@ -112,8 +114,9 @@ class Link:
     ) -> Any:
         """Send a message repeatedly until the autopilot answers; return the answer.
 
-        The timeout grows on a slow link, which is one whose autopilot is heard but answers later,
-        and follows the round trip of answers to a message that was sent once.
+        Its messages are numbered, so a link that loses some is known, and gets more tries. The
+        timeout follows the round trip, which is known from an answer to a message that was sent
+        once, and bounded by an answer to a repeated one.
 
         Parameters
         ----------
@@ -125,31 +128,26 @@ class Link:
         NoReplyError
             If there is none after several repeats.
         """
-        for number in range(MOST_TRIES):
+        tries, begun_s = 0, self._clock()
+        while tries < (_MOST_TRIES if self._loses else _TRIES):
             with _silent():
                 send()
             self._asked_s = self._clock()
+            tries += 1
             end = self._asked_s + self._patience_s
-            is_heard = False
             while (left_s := end - self._clock()) > 0:
                 message = self._read(left_s)
                 if message is None or not self._is_from(message):
                     continue
-                is_heard = True
                 if message.get_type() in kinds and accept(message):
-                    if number == 0:
-                        self._measured(self._clock() - self._asked_s)
+                    self._measured(self._clock() - begun_s, is_sure=tries == 1)
                     return message
-            if is_heard:
-                self._patience_s = min(_SLOWER * self._patience_s, _MOST_ANSWER_S)
-            elif number + 1 >= _TRIES:
-                break
         raise NoReplyError
 
     def settle(self) -> None:
         """Discard the messages that have arrived, and late answers to earlier requests."""
         self.drain()
-        end = self._asked_s + _TRIPS * self._trip_s
+        end = self._asked_s + (_TRIPS * self._trip_s or self._patience_s)
         while (left_s := end - self._clock()) > 0:
             self._read(left_s)
 
@@ -164,13 +162,18 @@ class Link:
         while (left_s := end - self._clock()) > 0:
             self._read(left_s)
 
-    def _measured(self, trip_s: float) -> None:
-        """Note a round trip; the timeout follows the slowest one.
+    def _measured(self, trip_s: float, *, is_sure: bool) -> None:
+        """Note a round trip, and let the timeout follow.
 
-        An answer to an earlier request makes it too short, so only the slowest one counts.
+        An answer to an earlier request makes it too short, so only the slowest one counts. The time
+        to an answer to a repeated message is an upper bound.
         """
-        self._trip_s = max(trip_s, self._trip_s)
-        self._patience_s = max(self._answer_s, _TRIPS * self._trip_s)
+        if is_sure:
+            self._trip_s = max(trip_s, self._trip_s)
+            self._patience_s = max(self._answer_s, _TRIPS * self._trip_s)
+        else:
+            longer_s = max(self._patience_s, _TRIPS * trip_s)
+            self._patience_s = min(longer_s, _MOST_ANSWER_S)
 
     def close(self) -> None:
         """Close the connection."""
@@ -198,8 +201,14 @@ class Link:
         return source == (self.system, self.component)
 
     def _note(self, message: Any) -> None:
-        """Note from a heartbeat of the autopilot whether its motors may run."""
-        if message.get_type() == "HEARTBEAT" and self._is_from(message):
+        """Note from the autopilot whether its messages arrive, and whether its motors may run."""
+        if not self._is_from(message):
+            return
+        number = message.get_seq()
+        if self._number is not None:
+            self._loses |= number != (self._number + 1) % _NUMBERS
+        self._number = number
+        if message.get_type() == "HEARTBEAT":
             self.armed = bool(message.base_mode & _ARMED)
 
 

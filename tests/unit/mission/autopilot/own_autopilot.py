@@ -185,7 +185,7 @@ class OwnAutopilot:
         return mavlink.MAVLink_mission_ack_message(*sender, result, mission_type=kind)
 
     def _other_count(self, message):
-        """Return the message with the size of the other list."""
+        """Return the size of the fence for the mission's size, and the reverse."""
         to = message.target_system, message.target_component
         other = 1 - message.mission_type
         return mavlink.MAVLink_mission_count_message(

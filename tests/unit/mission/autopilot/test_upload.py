@@ -215,6 +215,7 @@ def test_the_size_of_the_other_list_is_no_answer(own, plans):
 def test_refuses_requests_that_lead_nowhere(own, plans, number, sentence):
     plan = next(plan for plan in plans if not plan.fence)
     own.asks_for = lambda _number: number
+    own.follow(timeout_s=1e6)  # It never gives up.
     with pytest.raises(JobError) as refusal:
         uploaded(own, plan)
     said = str(refusal.value).partition("; ")[0]

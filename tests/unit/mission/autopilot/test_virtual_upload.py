@@ -42,6 +42,21 @@ def test_a_slow_link_carries_the_upload(plans, kind, delay_s):
     assert upload(plan, link).mission_items == len(connection.autopilot.lists.items[0])
 
 
+@pytest.mark.parametrize(("loses", "seconds"), [(False, 7.5), (True, 15.0)])
+def test_a_step_that_is_never_answered_ends_while_heartbeats_arrive(plans, loses, seconds):
+    link, connection = connected(plans[0], Kind.ARDUPLANE)
+    if loses:
+        connection.down.drops = lambda _message: True
+        connection.wait(3.0)
+        connection.down.drops = lambda _message: False
+        link.find(3.0)
+    connection.up.drops = lambda message: message.get_type() == "MISSION_REQUEST_LIST"
+    begun_s = connection.now_s
+    with pytest.raises(JobError, match="nothing is uploaded"):
+        upload(plans[0], link)
+    assert connection.now_s - begun_s == pytest.approx(seconds, abs=0.2)
+
+
 @pytest.mark.parametrize("kind", list(Kind), ids=lambda kind: kind.name.lower())
 @pytest.mark.parametrize(("delay_s", "loss"), [(0.1, 0.2), (0.6, 0.1)])
 def test_a_link_that_loses_messages_carries_the_upload(plans, kind, delay_s, loss):

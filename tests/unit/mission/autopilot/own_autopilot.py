@@ -17,7 +17,7 @@ from pathgene.sim.autopilot.served import Served
 
 ARDUPILOT = 3
 # Values of MAV_MISSION_RESULT.
-ERROR, UNSUPPORTED, DENIED = 1, 3, 14
+ERROR, UNSUPPORTED, DENIED, CANCELLED = 1, 3, 14, 15
 
 
 class OwnAutopilot:

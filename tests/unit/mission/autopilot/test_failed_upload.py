@@ -11,7 +11,7 @@ from pathgene.host import interrupts
 from pathgene.host.errors import JobError
 from pathgene.host.mission.autopilot.mavlink_link import Link
 from pathgene.host.mission.autopilot.upload import upload
-from tests.unit.mission.autopilot.own_autopilot import DENIED, ERROR, connect, uploaded
+from tests.unit.mission.autopilot.own_autopilot import CANCELLED, DENIED, ERROR, connect, uploaded
 
 
 FIELDS = (
@@ -228,6 +228,16 @@ def test_lost_confirmations_of_all_kinds_are_no_failure(loaded, pair):
     loaded.loses = lambda result, kind: kind == 0
     done = uploaded(loaded, pair[1])
     assert len(loaded.lists[0]) == done.mission_items
+
+
+def test_begins_again_if_the_autopilot_gave_up(loaded, pair):
+    loaded.breaks = Break("MISSION_ITEM_INT", 0, 3, CANCELLED)
+    done = uploaded(loaded, pair[1])
+    assert len(loaded.lists[0]) == done.mission_items
+    loaded.breaks = lambda message: (
+        CANCELLED if message.get_type() == "MISSION_ITEM_INT" and message.seq == 2 else None
+    )
+    assert "refuses item 3 of" in failure(loaded, pair[1])
 
 
 def test_a_late_answer_to_the_failed_upload_does_not_spoil_the_restoring(own, pair):

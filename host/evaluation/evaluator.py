@@ -221,7 +221,7 @@ class Evaluator:
             mean_altitude_m=altitude / length + self.problem.cost_base_m,
             fuel_N=fuel,
             distance_under_terrain_m=under,
-            distance_in_nofly_m=zone,
+            distance_in_nofly_m=rule.metres_in_zones(track, zone) if zone else 0.0,
             distance_too_steep_m=steep,
             impossible_arcs=impossible,
             void_crossed_m=self._void_m(self.track(path)) if self._has_voids else 0.0,

@@ -233,6 +233,18 @@ class StrictRule:
             zone for zone, each in zip(self._problem.zones, found, strict=True) if each.metres > 0
         ]
 
+    def metres_in_zones(self, track: LaidTrack, summed_m: float) -> float:
+        """Return the metres of a track inside zones with their margin, each metre once.
+
+        ``summed_m`` is the term of the penalty, which counts a metre in each zone that holds it.
+        """
+        found = zone_intrusions(track.pieces, track.rows, track.times, self._zones)
+        entered = [row for row, each in enumerate(found) if each.metres > 0]
+        if len(entered) < 2:
+            return summed_m
+        spans = [span for row in entered for span in broken.within_zone(track, self._zones, row)]
+        return sum(stop - start for _, start, stop in broken.merged("zones", spans))
+
     def _heights(self, track: LaidTrack, lowest: _Extreme, highest: _Extreme) -> Iterator[_Scored]:
         excess, at = lowest
         allowed, clearance_m = self._required_m(track, at, beside=True), self._rules.clearance_m

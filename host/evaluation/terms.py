@@ -28,7 +28,8 @@ class Evaluation:
     length_m, mean_altitude_m, fuel_N : float
         Values of the smoothed path. The altitude is the exact mean by length.
     distance_under_terrain_m, distance_in_nofly_m, distance_too_steep_m : float
-        The terms of the penalty at ``ds``.
+        The terms of the penalty at ``ds``, except that by the strict rule ``distance_in_nofly_m``
+        counts each metre once, and the penalty counts it in each zone that holds it.
     impossible_arcs : int
         Interior waypoints whose arc does not fit.
     void_crossed_m : float

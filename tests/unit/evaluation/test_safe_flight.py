@@ -66,6 +66,20 @@ def test_zones_between_nodes(verdicts, zone, y):
     assert broken(safe) == ["zone mast"]
 
 
+def test_a_metre_in_several_zones_counts_once_in_the_report(verdicts):
+    ends = (500.0, 2500.0, 200.0), (4500.0, 2500.0, 200.0)
+    parts = [Polygon(ring(1000.0, 2000.0, 2200.0, 3000.0)), Circle(2200.0, 2500.0, 700.0)]
+    apart = Polygon(ring(3500.0, 2000.0, 3600.0, 3000.0))
+    _, safe = verdicts(*ends, zones=[*parts, apart])
+    # With the margin of 25 m: from 975 to 2,925 m, and from 3,475 to 3,625 m.
+    assert safe.distance_in_nofly_m == pytest.approx(1950 + 150, abs=1e-3)
+    assert safe.penalty == pytest.approx(1250 + 1450 + 150, abs=1e-3)
+    _, whole = verdicts(*ends, zones=parts[:1])
+    _, twice = verdicts(*ends, zones=parts[:1] * 2)
+    assert twice.distance_in_nofly_m == pytest.approx(whole.distance_in_nofly_m, abs=1e-6)
+    assert whole.distance_in_nofly_m == whole.penalty == pytest.approx(1250, abs=1e-3)
+
+
 def test_heights_of_zones(verdicts):
     for limits, feasible in (
         ({"upper_m": 170.0}, True),

@@ -107,19 +107,19 @@ def run(args: argparse.Namespace) -> int:
     else:
         terrain = terrain_of(vars(args))
         path = read_path(file, terrain)
-    zones_reading = Reading()
+    reports = [Reading()]
     try:
-        zones, zones_reading = _zones(args, summary, terrain)
+        zones = _zones(args, summary, terrain, reports)
     finally:
         # They may name the cause of a refusal.
-        note_readings((terrain.on_paper if args.as_paper else terrain).reading, zones_reading)
+        note_readings((terrain.on_paper if args.as_paper else terrain).reading, reports[-1])
     problem = problem_of_path(
         terrain,
         path,
         _between(args, summary, terrain),
         aircraft=_aircraft(args, summary),
         zones=zones,
-        zones_reading=zones_reading,
+        zones_reading=reports[-1],
         wind=args.wind or (0.0, 0.0),
         ds_m=args.ds,
         **rules_of(vars(args)),
@@ -191,17 +191,25 @@ def _aircraft(args: argparse.Namespace, summary: dict[str, Any] | None) -> Aircr
 
 
 def _zones(
-    args: argparse.Namespace, summary: dict[str, Any] | None, terrain: Terrain
-) -> tuple[tuple[Zone, ...], Reading]:
-    """Return the zones from the options, or the summary's zones if no option gives one."""
+    args: argparse.Namespace,
+    summary: dict[str, Any] | None,
+    terrain: Terrain,
+    reports: list[Reading],
+) -> tuple[Zone, ...]:
+    """Return the zones from the options, or the summary's zones if no option gives one.
+
+    ``reports`` gets the report after each file, and at the end.
+    """
     from pathgene.host.mission.build import read_zones_of
     from pathgene.host.report.read import summary_zones, summary_zones_reading
 
-    given = read_zones_of(vars(args), terrain)
+    given = read_zones_of(vars(args), terrain, reports)
     if given.zones or summary is None:
-        return given.zones, given.reading
+        return given.zones
     file = Path(args.path)
-    return summary_zones(file, summary), summary_zones_reading(file, summary)
+    # Files without a zone on the map are still named.
+    reports.append(summary_zones_reading(file, summary).adding(given.reading.remarks))
+    return summary_zones(file, summary)
 
 
 def _check_ends(args: argparse.Namespace, problem: Problem) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ from pathgene.host.problem.zones import (
     read_zones,
     zone_from_dict,
 )
-from pathgene.host.remarks import Reading
+from pathgene.host.remarks import Reading, Remark
 from pathgene.host.terrain import Terrain, load
 from pathgene.host.terrain.origin import at_origin
 from pathgene.host.terrain.stated import Stated
@@ -107,14 +107,13 @@ def mission_of(
     terrain = terrain_of(values) if terrain is None else terrain
     if values.get("as_paper"):
         terrain = terrain.on_paper
-    zones_reading = Reading()
+    reports = [Reading()]
     try:
         start, goal = (_needed(values, name, terrain) for name in ("start", "goal"))
-        read = read_zones_of(values, terrain)
-        zones_reading = read.reading
+        read = read_zones_of(values, terrain, reports)
     finally:
         if say is not None:
-            say(terrain.reading, zones_reading)
+            say(terrain.reading, reports[-1])
     problem = Problem(
         terrain,
         start,
@@ -232,7 +231,9 @@ def zones_of(values: Values, terrain: Terrain) -> tuple[Zone, ...]:
     return read_zones_of(values, terrain).zones
 
 
-def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
+def read_zones_of(
+    values: Values, terrain: Terrain, reports: list[Reading] | None = None
+) -> ReadZones:
     """Return the no-fly zones of files, tables and circles, and the report on them.
 
     Parameters
@@ -240,6 +241,8 @@ def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
     values : mapping
         Also ``zones_read``: names of files that the tables were read from, with the reports on
         them.
+    reports : list of Reading, optional
+        Gets the report after each file, because the next may be refused, and at the end.
 
     Raises
     ------
@@ -249,13 +252,27 @@ def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
     options = zone_options_of(values)
     if any(values.get(name) for name in ("nofly", "zones", "nofly_circle")):
         options = _for_flight(options, values, terrain)
+    earlier: Sequence[tuple[str, Reading]] = values.get("zones_read") or ()
+    choices = {
+        option.name: values[option.name] for option in ZONE_READING if values.get(option.name)
+    }
     files: list[tuple[str, ReadZones]] = []
     zones: list[Zone] = []
     own: list[tuple[int, Zone]] = []
 
+    def report(more: Iterable[Remark]) -> Reading:
+        readings = [*earlier, *((file, each.reading) for file, each in files)]
+        facts: dict[str, Any] = {"files": [{"file": name, **own.facts} for name, own in readings]}
+        remarks = [remark for _, own in readings for remark in own.remarks]
+        made = Reading(facts | ({"options": choices} if choices else {}), (*remarks, *more))
+        if reports is not None:
+            reports.append(made)
+        return made
+
     def read(file: str) -> None:
         files.append((str(file), read_zones(file, terrain, options)))
         zones.extend(files[-1][1].zones)
+        report(())
 
     for file in values.get("nofly") or ():
         read(file)
@@ -271,24 +288,10 @@ def read_zones_of(values: Values, terrain: Terrain) -> ReadZones:
     for circle in values.get("nofly_circle") or ():
         zones.append(Circle(*circle))
         own.append((len(zones), zones[-1]))
-    earlier: Sequence[tuple[str, Reading]] = values.get("zones_read") or ()
-    choices = {
-        option.name: values[option.name] for option in ZONE_READING if values.get(option.name)
-    }
-    readings = [*earlier, *((file, each.reading) for file, each in files)]
     # The evaluation of the papers knows neither heights nor times.
     powerless = () if values.get("as_paper") else remarks_on(own, terrain, options)
-    return ReadZones(
-        tuple(zones),
-        tuple(part for _, each in files for part in each.left_out),
-        Reading(
-            {
-                "files": [{"file": file, **reading.facts} for file, reading in readings],
-                **({"options": choices} if choices else {}),
-            },
-            (*(remark for _, reading in readings for remark in reading.remarks), *powerless),
-        ),
-    )
+    left_out = tuple(part for _, each in files for part in each.left_out)
+    return ReadZones(tuple(zones), left_out, report(powerless))
 
 
 def zone_options_of(values: Values) -> ZoneOptions:

@@ -282,3 +282,12 @@ def test_a_refused_check_says_first_what_was_read(file, capsys):
     report, refusal = capsys.readouterr().err.splitlines()
     assert report.startswith("pathgene: Terrain ")
     assert "more.geojson" in refusal
+    # Nor does it hide the report on the files of zones before it.
+    document["features"] = [features[0] | {"properties": {"name": "mast", "radius_m": 50}}]
+    file.with_name("good.geojson").write_text(json.dumps(document))
+    text = file.read_text().replace('file = "more.geojson"', 'file = "good.geojson"')
+    file.write_text(text + '[[zones]]\nfile = "more.geojson"\n')
+    assert main(["problem", "check", str(file)]) == 2
+    *report, refusal = capsys.readouterr().err.splitlines()
+    assert any("good.geojson: 1 zone read as GeoJSON" in line for line in report)
+    assert "more.geojson" in refusal

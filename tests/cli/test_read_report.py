@@ -130,3 +130,14 @@ def test_a_refused_check_says_first_what_was_read(planned, hills, tmp_path, caps
     report, refusal = capsys.readouterr().err.splitlines()
     assert report.startswith("pathgene: Terrain ")
     assert "bad.geojson" in refusal
+
+
+def test_a_check_names_files_without_a_zone_on_the_map(planned, tmp_path, capsys):
+    wire = {"type": "LineString", "coordinates": [[0, 0], [9, 9]]}
+    (tmp_path / "wires.geojson").write_text(json.dumps(wire | {"crs_local": True}))
+    given = "--path", planned[0] / "summary.json", "--nofly", tmp_path / "wires.geojson"
+    assert main(["check", *map(str, given)]) == 0
+    report = capsys.readouterr().err
+    assert "wires.geojson: feature 1 left out: a LineString is not an area." in report
+    # The zones of the plan hold.
+    assert WIRE in report

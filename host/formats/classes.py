@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
 from pathgene.host.errors import InputError
+from pathgene.host.remarks import Grade, Remark
 
 
 __all__ = [
@@ -20,6 +22,7 @@ __all__ = [
     "of_openaip",
     "of_word",
     "type_and_class",
+    "unknown",
 ]
 
 
@@ -193,3 +196,16 @@ def forbids(category: str, chosen: frozenset[str] = DEFAULT, *, airspace_class: 
     """Return whether a category, or the class beside it, forbids flight; unknown ones do."""
     names = (category, airspace_class) if airspace_class else (category,)
     return any(name in chosen or name not in BY_NAME for name in names)
+
+
+def unknown(names: Iterable[str], lines: Mapping[str, int] | None = None) -> tuple[Remark, ...]:
+    """Return a warning for each name that is no class of the table, with its line in the file."""
+    return tuple(
+        Remark(
+            Grade.WARNING,
+            f"{name}{f' (line {lines[name]})' if lines else ''} is no type or class that is known, "
+            "so it forbids flight; correct the file if the area is open to flight",
+        )
+        for name in names
+        if name and name not in BY_NAME
+    )

@@ -112,6 +112,7 @@ def _areas(member: Member, placing: Placing) -> Iterator[Read]:
                 forbids=classes.forbids(category, airspace_class=airspace_class),
                 unread=(*doubtful, *unread(facts, _KNOWN)),
                 airspace_class=airspace_class,
+                remarks=classes.unknown((category, airspace_class)),
             )
 
 

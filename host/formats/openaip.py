@@ -72,9 +72,9 @@ def _airspace(member: Member) -> Iterator[Read]:
     limits = list(_limits(facts, names, unread))
     periods = _periods(facts, unread)
     has_hours = any(isinstance(each, time) for p in periods for each in (p.first, p.last))
-    unknown = [name for name in (category, airspace_class) if name and name not in classes.BY_NAME]
+    unknown = classes.unknown((category, airspace_class))
     hours = (Remark(Grade.NOTE, _UTC),) if has_hours else ()
-    remarks = (*_remarks(facts, forbids=forbids), *hours, *map(_unknown, unknown))
+    remarks = (*_remarks(facts, forbids=forbids), *hours, *unknown)
     found, others = areas(member.geometry, Placing(), is_circle=False)
     if any(len(set(ring)) < 3 for rings in found for ring in rings):
         raise InputError("a ring must have three corners or more.")
@@ -111,10 +111,6 @@ def _remarks(facts: Mapping[str, Any], *, forbids: bool) -> Iterator[Remark]:
         if activity and not forbids:
             why = f"its activity is {_ACTIVITIES[activity]}, and its class does not forbid flight"
             yield Remark(Grade.WARNING, why)
-
-
-def _unknown(name: str) -> Remark:
-    return Remark(Grade.WARNING, f"{name} is no type or class that is known, so it forbids flight")
 
 
 def _type_and_class(facts: Mapping[str, Any]) -> tuple[str, str]:

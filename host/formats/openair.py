@@ -71,6 +71,7 @@ class _Airspace:
     line: int
     airspace_class: str
     kind: str = ""
+    kind_line: int = 0
     name: str = ""
     limits: dict[str, str] = field(default_factory=dict)
     activations: list[str] = field(default_factory=list)
@@ -110,11 +111,12 @@ def recognises(content: Content) -> bool:
 def features(content: Content) -> Iterator[Read]:
     """Yield the airspaces, and the terrain and unknown records as omitted parts."""
     unknown: dict[str, int] = {}
+    lines: dict[str, int] = {}
     for part in _airspaces(content.text, unknown):
         if isinstance(part, LeftOut):
             yield part
         else:
-            yield from _features(part)
+            yield from _features(part, lines)
     for name, line in unknown.items():
         if re.fullmatch(rf"D[PCABY]{_BEFORE}", name):
             why = f"the outline has no AC with a class, such as AC D, before its {name[:2]}."
@@ -169,6 +171,8 @@ def _airspaces(text: str, unknown: dict[str, int]) -> Iterator[_Airspace | LeftO
                 unknown.setdefault(f"{name}{_BEFORE}", line)
             elif not _take(current, name, value, centre, width_m):
                 unknown.setdefault(name, line)
+            elif name == "AY":
+                current.kind_line = line
         except InputError as error:
             if current is not None and not current.fault:
                 current.fault = f"line {line}: {error}."
@@ -226,8 +230,8 @@ def _arc(name: str, value: str, centre: Position, *, clockwise: bool) -> Arc:
     return Arc(centre, *ends, clockwise=clockwise)
 
 
-def _features(airspace: _Airspace) -> Iterator[Read]:
-    """Yield the areas of an airspace."""
+def _features(airspace: _Airspace, lines: dict[str, int]) -> Iterator[Read]:
+    """Yield the areas of an airspace; ``lines`` keeps the first line of each type and class."""
     try:
         if airspace.fault:
             raise InputError(airspace.fault)
@@ -247,6 +251,9 @@ def _features(airspace: _Airspace) -> Iterator[Read]:
         if name in airspace.limits and not stated:
             unread.append(name)
     category, airspace_class = airspace.type_and_class
+    # The category is the type if there is one, and the class otherwise.
+    lines.setdefault(airspace_class, airspace.line)
+    lines.setdefault(category, airspace.kind_line if airspace.kind else airspace.line)
     for rings, radius_m, edges in shapes:
         yield Feature(
             airspace.number,
@@ -262,6 +269,7 @@ def _features(airspace: _Airspace) -> Iterator[Read]:
             forbids=classes.forbids(category, airspace_class=airspace_class),
             airspace_class=airspace_class,
             unread=tuple(unread),
+            remarks=classes.unknown((category, airspace_class), lines),
         )
 
 

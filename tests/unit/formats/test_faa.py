@@ -127,6 +127,14 @@ def test_type_and_class_forbid_by_the_table(kind, stated, category, forbids):
     assert (found.category, found.forbids) == (category, forbids)
 
 
+def test_an_unknown_type_forbids_and_is_named():
+    found, other = read(FACTS | {"TYPE_CODE": "XYZ", "CLASS": "G"}, FACTS)
+    assert found.forbids
+    (remark,) = found.remarks
+    assert remark.text.startswith("XYZ is no type or class that is known, so it forbids flight")
+    assert not other.remarks
+
+
 @pytest.mark.parametrize(
     ("local", "lower", "category", "forbids"),
     [

@@ -134,7 +134,10 @@ def test_an_airspace_forbids_if_its_type_or_its_class_does(number, icao_class, c
 def test_an_unknown_type_or_class_forbids_and_is_named(change, named):
     found, other = read(FACTS | change, FACTS)
     assert found.forbids
-    text = f"{named} is no type or class that is known, so it forbids flight"
+    text = (
+        f"{named} is no type or class that is known, so it forbids flight; correct the file if the "
+        "area is open to flight"
+    )
     assert found.remarks == (Remark(Grade.WARNING, text),)
     assert not other.remarks
     names = (found.category, found.airspace_class)

@@ -157,9 +157,19 @@ def test_a_second_type_does_not_open_the_first():
     assert found.forbids
 
 
-def test_a_class_that_nobody_knows_forbids():
-    (found,) = read("AC XYZ", *CORNERS)
-    assert (found.category, found.forbids) == ("XYZ", True)
+def test_a_class_that_nobody_knows_forbids_and_is_named_with_its_first_line():
+    area = ("AN one", *CORNERS)
+    found = read("AC XYZ", *area, "AC D", "AY ODD", *area, "AC XYZ", *area, "AC E", *area)
+    assert [each.category for each in found] == ["XYZ", "ODD", "XYZ", "E"]
+    assert [each.forbids for each in found] == [True, True, True, False]
+    about = "is no type or class that is known, so it forbids flight; correct the file if the area"
+    texts = [[remark.text for remark in each.remarks] for each in found]
+    assert texts == [
+        [f"XYZ (line 1) {about} is open to flight"],
+        [f"ODD (line {len(area) + 3}) {about} is open to flight"],
+        [f"XYZ (line 1) {about} is open to flight"],
+        [],
+    ]
 
 
 def test_limits_that_say_no_height_are_named_and_none():

@@ -23,8 +23,7 @@ from pathgene.host.formats.collection import (
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Feature, LeftOut, Limit, Read
 from pathgene.host.formats.limits import limit
-from pathgene.host.formats.times import applicability, is_overruled
-from pathgene.host.remarks import Grade, Remark
+from pathgene.host.formats.times import applicability, doubts_on_times
 
 
 __all__ = ["features", "recognises"]
@@ -61,11 +60,8 @@ def _zone(member: Member) -> Iterator[Read]:
             f"its restriction must be one of {', '.join(RESTRICTIONS)}, not "
             f"{member.properties.get('restriction')!r}."
         )
-    periods = applicability(member.properties.get("applicability"))
-    remarks: tuple[Remark, ...] = ()
-    if is_overruled(member.properties.get("applicability")):
-        text = "it is permanent, so its dates and schedule are not read, and it is always active"
-        remarks = (Remark(Grade.NOTE, text),)
+    stated = member.properties.get("applicability")
+    periods, remarks = applicability(stated), doubts_on_times(stated)
     for volume in _volumes(member.geometry):
         if not isinstance(volume, dict):
             raise InputError(f"a volume must be an object, not {volume!r}.")

@@ -29,7 +29,7 @@ from pathgene.host.formats.ed318_rules import (
 )
 from pathgene.host.formats.features import Bad, Feature, LeftOut, Limit, Period, Read, Reference
 from pathgene.host.formats.limits import limit
-from pathgene.host.formats.times import applicability, moment
+from pathgene.host.formats.times import applicability, doubts_on_times, moment
 from pathgene.host.numeric import is_number
 from pathgene.host.remarks import Grade, Remark
 
@@ -127,6 +127,7 @@ def _zone(member: Member, common: Sequence[str], geoid: str) -> Iterator[Read]:
                 unread=tuple(unread),
                 remarks=(
                     *_remarks(departures, geoid, (lower, upper)),
+                    *doubts_on_times(member.properties.get("limitedApplicability")),
                     *doubts(radius_m),
                 ),
             )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime, time, timedelta, timezone
@@ -9,9 +10,10 @@ from typing import Any
 
 from pathgene.host.errors import InputError
 from pathgene.host.formats.features import Period, SunEvent
+from pathgene.host.remarks import Grade, Remark
 
 
-__all__ = ["applicability", "between", "daily", "is_overruled", "moment"]
+__all__ = ["applicability", "between", "daily", "doubts_on_times", "moment"]
 
 _DAYS = ("MON", "TUE", "WED", "THU", "FRI", "SAT", "SUN")
 _DAY = timedelta(days=1)
@@ -137,18 +139,41 @@ def applicability(value: Any) -> tuple[Period, ...]:
     return tuple(found)
 
 
-def is_overruled(value: Any) -> bool:
-    """Return whether ``applicability`` has times that count for nothing, as it is permanent."""
-    parts = value if isinstance(value, list) else [value]
-    return any(
-        _is_permanent(part) and any(map(part.get, ("startDateTime", "endDateTime", "schedule")))
-        for part in parts
-        if isinstance(part, dict)
-    )
+def doubts_on_times(value: Any) -> tuple[Remark, ...]:
+    """Return notes on an applicability, without faults, whose parts contradict themselves."""
+    parts = [part for part in (value if isinstance(value, list) else [value]) if part is not None]
+    dated = [any(map(part.get, ("startDateTime", "endDateTime", "schedule"))) for part in parts]
+    permanent = list(map(_is_permanent, parts))
+    texts = []
+    if any(map(operator.and_, permanent, dated)):
+        texts.append(
+            "it is permanent, so its dates and schedule are not read, and it is always active"
+        )
+    if any(
+        not is_permanent and not has for is_permanent, has in zip(permanent, dated, strict=True)
+    ):
+        texts.append(
+            "a period of its applicability has neither dates nor a schedule, so it counts as "
+            "always active"
+        )
+    return tuple(Remark(Grade.NOTE, text) for text in texts)
 
 
 def _is_permanent(part: dict[str, Any]) -> bool:
-    return str(part.get("permanent", "NO")).upper() in ("YES", "TRUE")
+    """Return whether a period is permanent.
+
+    Raises
+    ------
+    InputError
+        If it says neither that it is nor that it is not.
+    """
+    stated = part.get("permanent")
+    word = "NO" if stated is None else str(stated).strip().upper()
+    if word in ("YES", "TRUE", "Y"):
+        return True
+    if word in ("NO", "FALSE", "N", ""):
+        return False
+    raise InputError(f"permanent must be YES or NO, not {stated!r}.")
 
 
 def _periods(part: dict[str, Any]) -> Iterator[Period]:

@@ -117,6 +117,35 @@ def test_times_of_a_permanent_zone_are_named(more, is_said):
     assert [remark.text for remark in found.remarks] == [text] * is_said
 
 
+@pytest.mark.parametrize(
+    "stated",
+    [
+        {"permanent": "NO"},
+        {"permanent": False, "startDateTime": None, "schedule": []},
+        {"permanent": "no", "endDateTime": ""},
+        {},
+    ],
+)
+def test_a_period_without_dates_counts_as_always_active_and_says_so(stated):
+    dated = {"startDateTime": "2026-06-15T09:00:00Z"}
+    for periods in ([stated], stated, [dated, stated]):
+        (found,) = read(changed(applicability=periods))
+        assert found.periods == ()
+        assert [remark.text for remark in found.remarks] == [
+            "a period of its applicability has neither dates nor a schedule, so it counts as "
+            "always active"
+        ]
+    for silent in ([dated], [], None):
+        (found,) = read(changed(applicability=silent))
+        assert found.remarks == ()
+
+
+def test_refuses_a_period_that_may_be_permanent():
+    dated = {"permanent": "perhaps", "startDateTime": "2026-06-15T09:00:00Z"}
+    (bad,) = read(changed(applicability=[dated]))
+    assert bad == Bad('feature 1, "Fort"', "permanent must be YES or NO, not 'perhaps'.")
+
+
 def test_leaves_out_a_zone_without_geometry():
     assert read(ZONE, changed(geometry=[]))[1] == LeftOut('feature 2, "Fort"', "it has no geometry")
 

@@ -325,3 +325,14 @@ def test_takes_no_other_geojson():
     plain["geometry"] = {"type": "Polygon", "coordinates": [RING]}
     for document in (plain, {"type": "FeatureCollection", "features": [plain, 5]}, [], 5):
         assert not ed318.recognises(Content(json.dumps(document).encode()))
+
+
+def test_a_period_without_dates_counts_as_always_active_and_says_so():
+    dated = {"endDateTime": "2026-05-01T06:00:00Z"}
+    found, other = read(zone(limitedApplicability=[dated, {}]), zone(limitedApplicability=[dated]))
+    assert (found.periods, len(other.periods)) == ((), 1)
+    assert [remark.text for remark in found.remarks] == [
+        "a period of its applicability has neither dates nor a schedule, so it counts as always "
+        "active"
+    ]
+    assert other.remarks == ()

@@ -96,7 +96,11 @@ DEPARTURES = {
     "many reasons": (zone(reason=["NOISE"] * 10), "its reason has 10 members"),
     "unknown member": (zone(colour="red"), "its properties have an unknown member colour"),
     "unknown member of a period": (
-        zone(limitedApplicability=[{"startdatetime": "2026-05-01T06:00:00Z"}]),
+        zone(
+            limitedApplicability=[
+                {"startdatetime": "2026-05-01T06:00:00Z", "endDateTime": "2026-05-02T06:00:00Z"}
+            ]
+        ),
         "its limitedApplicability has an unknown member startdatetime",
     ),
     "no day": (zone(limitedApplicability=[{"schedule": [{}]}]), "its schedule has no day"),

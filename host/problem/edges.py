@@ -14,7 +14,7 @@ from pathgene.host.formats.shapes import Ring
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["TOLERANCE_M", "clipped", "densified", "lined", "unwrapped"]
+__all__ = ["TOLERANCE_M", "Corners", "clipped", "densified", "lined", "unwrapped"]
 
 Floats = NDArray[np.float64]
 Corners = Sequence[Position]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from pathgene.host.formats.features import Edges, Feature, Position
 from pathgene.host.formats.shapes import Ring
-from pathgene.host.problem.edges import clipped, densified, lined, unwrapped
+from pathgene.host.problem.edges import Corners, clipped, densified, lined, unwrapped
+from pathgene.host.problem.loops import Untangled, drawn_once, untangled
 from pathgene.host.terrain import Terrain
 
 
@@ -57,10 +58,13 @@ class Placed:
         Outer ring and holes in local metres, or the centre of a circle.
     radius_m : float, optional
         Radius of a circle; None for a polygon.
+    is_tangled : bool
+        Its outline in the file crosses itself or is drawn twice.
     """
 
     rings: tuple[Ring, ...]
     radius_m: float | None = None
+    is_tangled: bool = False
 
 
 class Swapped(Enum):
@@ -148,21 +152,21 @@ def place(features: Sequence[Feature], terrain: Terrain) -> list[tuple[Placed, .
         If positions cannot be expressed in the terrain's reference system.
     """
     if all(feature.is_local for feature in features):
-        return [_finished(feature, [_local(feature)], terrain) for feature in features]
+        return [_finished(feature, list(_local(feature)), terrain) for feature in features]
     around = _box_around(terrain)
-    parts = [[_local(f)] if f.is_local else list(_cut(f, around)) for f in features]
+    parts = [list(_local(f) if f.is_local else _cut(f, around)) for f in features]
     rings = [
-        (ring, feature.edges is not Edges.FRAME and radius_m is None)
+        (ring, feature.edges is not Edges.FRAME and part.radius_m is None)
         for feature, own in zip(features, parts, strict=True)
         if not feature.is_local
-        for lines, radius_m in own
-        for ring in lines
+        for part in own
+        for ring in part.rings
     ]
     moved = iter(densified(rings, terrain))
     placed = []
     for feature, own in zip(features, parts, strict=True):
         if not feature.is_local:
-            own = [(tuple(next(moved) for _ in lines), radius_m) for lines, radius_m in own]
+            own = [replace(part, rings=tuple(next(moved) for _ in part.rings)) for part in own]
         placed.append(_finished(feature, own, terrain))
     return placed
 
@@ -217,57 +221,87 @@ def long_way_on_map(features: Sequence[Feature], terrain: Terrain) -> list[bool]
     return found
 
 
-_Part = tuple[tuple[tuple[Position, ...], ...], float | None]
+def _local(feature: Feature) -> Iterator[Placed]:
+    """Yield the parts of a feature that is in the terrain's frame already."""
+    if feature.radius_m is not None:
+        yield Placed(feature.rings, feature.radius_m)
+    else:
+        found = _untangled(feature, feature.rings)
+        yield from (Placed(rings, None, found.is_tangled) for rings in found.areas)
 
 
-def _local(feature: Feature) -> _Part:
-    return feature.rings, feature.radius_m
+def _untangled(feature: Feature, rings: Sequence[Corners]) -> Untangled:
+    """Return the areas of a polygon that are forbidden, or in which to stay."""
+    outer, *holes = map(drawn_once, map(tuple, rings))
+    found = untangled(outer, holes)
+    is_tangled = found.is_tangled or len(outer) < len(rings[0])
+    # Ground that a fence to stay in encloses twice lies outside, which is the safe side.
+    areas = ((outer, *holes),) if feature.keeps_in else found.areas
+    return Untangled(areas, is_tangled)
 
 
-def _cut(feature: Feature, around: _Box) -> Iterator[_Part]:
+def _cut(feature: Feature, around: _Box) -> Iterator[Placed]:
     """Yield the parts of a feature near the map, in degrees, next to its longitudes."""
     rings, radius_m = feature.rings, feature.radius_m
     if radius_m is not None:
         ((lon, lat),) = rings[0]
         near = around.widened(_NEAR_DEG)
         for turn in near.turns(_Box(lon, lat, lon, lat)):
-            yield (((lon + turn, lat),),), radius_m
+            yield Placed((((lon + turn, lat),),), radius_m)
             return
         if radius_m < _DEGREE_M:
             return
         rings = (_circle_far_away(lon, lat, radius_m),)
-    outer, *holes = [unwrapped(lined(ring, feature.edges)) for ring in rings]
-    box = _box_of(outer)
+    rings = tuple(unwrapped(lined(ring, feature.edges)) for ring in rings)
+    if not any(True for _ in around.turns(_box_of(rings[0]))):
+        return
+    found = _untangled(feature, rings)
     keeps = feature.edges is Edges.FRAME and radius_m is None
+    for area in found.areas:
+        for kept in _cut_area(area, around, keeps=keeps):
+            yield Placed(kept, None, found.is_tangled)
+
+
+def _cut_area(rings: Sequence[Corners], around: _Box, *, keeps: bool) -> Iterator[tuple[Ring, ...]]:
+    """Yield the parts of an area near the map; one that ``keeps`` its form near it stays whole."""
+    box = _box_of(rings[0])
     for turn in around.turns(box):
         here = box.moved(turn)
         whole = around.holds(here) or (keeps and around.widened(_NEAR_DEG).holds(here))
         cut = []
-        for number, ring in enumerate((outer, *holes)):
+        for number, ring in enumerate(rings):
             own = box if number == 0 else _box_of(ring)
             # A hole may be unwrapped to a different turn around the Earth.
             turned = turn if number == 0 else next(iter(around.turns(own)), None)
             if turned is None:
                 continue
-            shifted = tuple((lon + turned, lat) for lon, lat in ring) if turned else ring
+            shifted = tuple((lon + turned, lat) for lon, lat in ring) if turned else tuple(ring)
             kept = shifted if whole else clipped(shifted, around.bounds)
             if len(kept) >= 3 or (whole and number == 0):
                 cut.append(kept)
             elif number == 0:
                 break
         if cut:
-            yield tuple(cut), None
+            yield tuple(cut)
 
 
-def _finished(feature: Feature, parts: Sequence[_Part], terrain: Terrain) -> tuple[Placed, ...]:
+def _finished(feature: Feature, parts: Sequence[Placed], terrain: Terrain) -> tuple[Placed, ...]:
     """Return the parts of a feature in local metres, or everything outside an inclusion fence."""
     if not feature.keeps_in:
-        return tuple(Placed(rings, radius_m) for rings, radius_m in parts)
+        return tuple(parts)
     outside = tuple(
-        Placed(_outside(rings[0] if radius_m is None else _circle(rings[0][0], radius_m), terrain))
-        for rings, radius_m in parts
+        Placed(
+            _outside(
+                part.rings[0]
+                if part.radius_m is None
+                else _circle(part.rings[0][0], part.radius_m),
+                terrain,
+            ),
+            is_tangled=part.is_tangled,
+        )
+        for part in parts
     ) or (Placed(_outside((), terrain)),)
-    holes = [hole for rings, radius_m in parts if radius_m is None for hole in rings[1:]]
+    holes = [hole for part in parts if part.radius_m is None for hole in part.rings[1:]]
     return (*outside, *(Placed((hole,)) for hole in holes))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterable, Iterator
 from typing import Any
 
@@ -13,13 +12,13 @@ from numpy.typing import NDArray
 from pathgene.host.errors import InputError
 from pathgene.host.formats.shapes import Ring
 from pathgene.host.numeric import numbers
+from pathgene.host.problem.loops import drawn_once
 
 
 __all__ = [
     "EDGE_M",
     "Ring",
     "add_edges",
-    "crosses_itself",
     "edges",
     "nodes_inside",
     "plain",
@@ -28,10 +27,6 @@ __all__ = [
     "ring_of",
 ]
 
-# A turn this close to a half turn is the tip of a spike, to either side by rounding.
-_SPIKE_RAD = 1e-6
-# No ring of three edges crosses itself.
-_FEWEST_EDGES = 4
 # Nodes this close to an edge are on it: products like 7 * 30.87 are rounded, borders are not.
 EDGE_M = 1e-6
 
@@ -79,7 +74,7 @@ def plain(corners: Any) -> Any:
 
 
 def ring_of(corners: Any) -> Ring:
-    """Return ``corners`` as a ring of float64, without the closing corner.
+    """Return ``corners`` as a ring of float64, drawn once, without the closing corner.
 
     Raises
     ------
@@ -97,6 +92,7 @@ def ring_of(corners: Any) -> Ring:
         ) from None
     if len(ring) > 1 and ring[0] == ring[-1]:
         ring = ring[:-1]
+    ring = drawn_once(ring)
     if len(ring) < 3:
         raise InputError(f"No-fly polygon: a ring must have at least 3 corners, not {len(ring)}.")
     require_near("polygon", itertools.chain(*ring))
@@ -140,22 +136,3 @@ def add_edges(
         square = ex * ex + ey * ey
         along = np.clip((px * ex + py * ey) / square, 0, 1) if square > 0 else 0.0
         inside[south:north, west:east] |= np.hypot(px - along * ex, py - along * ey) <= EDGE_M
-
-
-def crosses_itself(ring: Ring) -> bool:
-    """Return whether a ring (x, y) certainly crosses itself: it does not turn once as a whole.
-
-    A ring with a spike is not judged, nor is one whose loops turn once together.
-    """
-    corners = np.array(ring, dtype=np.float64)
-    edges = np.diff(corners, axis=0, append=corners[:1])
-    edges = edges[np.abs(edges).sum(axis=1) > 0]
-    if len(edges) < _FEWEST_EDGES:
-        return False
-    after = np.roll(edges, -1, axis=0)
-    turns = np.arctan2(
-        edges[:, 0] * after[:, 1] - edges[:, 1] * after[:, 0], (edges * after).sum(axis=1)
-    )
-    if np.abs(turns).max() > math.pi - _SPIKE_RAD:
-        return False
-    return round(abs(float(turns.sum())) / math.tau) != 1

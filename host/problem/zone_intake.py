@@ -117,6 +117,8 @@ def _taken(
             "--origin LAT,LON, or origin under [terrain] in a problem file, or zones in local "
             'metres as GeoJSON with the member "crs_local": true.'
         )
+    # Outlines are compared with themselves, so too many corners are refused first.
+    require_corners(sum(len(ring) for own in features if own.is_local for ring in own.rings))
     placed = place(features, terrain)
     require_corners(sum(len(ring) for own in placed for part in own for ring in part.rings))
     swapped, doubts = _swapped(features, placed, terrain)

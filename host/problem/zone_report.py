@@ -16,7 +16,6 @@ from pathgene.host.problem.active_times import described
 from pathgene.host.problem.edges import clipped
 from pathgene.host.problem.heights import Band, encloses_nothing, follows_ground, ground_under
 from pathgene.host.problem.placing import Placed, long_way_on_map
-from pathgene.host.problem.rings import crosses_itself
 from pathgene.host.remarks import Grade, Reading, Remark
 from pathgene.host.terrain import Terrain
 
@@ -198,7 +197,7 @@ def report(
         *_turned(name, list(itertools.compress(records, map(operator.not_, are_on_map))), terrain),
         *_left_out(name, left_out),
         *_unread(name, [record for record in on_map if record.feature.forbids]),
-        *_crossed(name, able),
+        *_tangled(name, able),
         *_own_remarks(name, on_map),
         *_plain_times(name, [record for record in on_map if record.feature.forbids]),
         *_validity(name, on_map, departure),
@@ -304,18 +303,18 @@ def _unread(name: str, records: Iterable[Record]) -> Iterator[Remark]:
         )
 
 
-def _crossed(name: str, records: Iterable[Record]) -> Iterator[Remark]:
-    """Yield a warning for zones whose outlines cross themselves."""
-    crossed = [
-        record.feature.label
-        for record in records
-        if any(part.radius_m is None and crosses_itself(part.rings[0]) for part in record.parts)
-    ]
-    if crossed:
+def _tangled(name: str, records: Iterable[Record]) -> Iterator[Remark]:
+    """Yield a warning for zones whose outlines cross themselves or enclose ground twice."""
+    by_kind: dict[bool, list[str]] = {}
+    for record in records:
+        if any(part.is_tangled for part in record.parts):
+            by_kind.setdefault(record.feature.keeps_in, []).append(record.feature.label)
+    for keeps_in, labels in by_kind.items():
+        counts = "outside and forbidden" if keeps_in else "inside and forbidden"
         yield Remark(
             Grade.WARNING,
-            f"{name}: the outline crosses itself or goes round twice, and ground that it encloses "
-            f"twice is not forbidden: {_labels(crossed)}.",
+            f"{name}: the outline crosses itself or is drawn twice, and ground that it encloses "
+            f"twice counts as {counts}; draw it once around its area: {_labels(labels)}.",
         )
 
 

@@ -225,3 +225,21 @@ def test_short_edges_keep_their_corners_bit_for_bit():
     ((part,),) = place([Feature(1, "", (ring,))], terrain)
     x, y = terrain.to_local([lat for _, lat in ring], [lon for lon, _ in ring])
     assert part.rings == (tuple(zip(x.tolist(), y.tolist(), strict=True)),)
+
+
+@pytest.mark.parametrize("is_local", [False, True])
+def test_an_outline_that_goes_round_twice_is_forbidden_inside(is_local):
+    terrain, _ = terrain_at(10.0, 60.0)
+    x, y = np.array([1000.0, 2000.0, 2000.0, 1000.0]), np.array([1000.0, 1000.0, 2000.0, 2000.0])
+    lat, lon = (y, x) if is_local else terrain.to_geographic(x, y)
+    ring = tuple(zip(lon.tolist(), lat.tolist(), strict=True))
+    inner = tuple(((x + 3 * ring[0][0]) / 4, (y + 3 * ring[0][1]) / 4) for x, y in ring)
+    for rings in ((ring * 2,), (ring, ring), ((*ring, ring[0], *inner),)):
+        (parts,) = place([Feature(1, "", rings, is_local=is_local)], terrain)
+        inside, _ = covered(parts, np.array([1500.0, 1100.0, 900.0]), np.array([1500.0, 1100, 900]))
+        assert inside.tolist() == [True, True, False]
+        assert all(part.is_tangled for part in parts)
+    # A fence to stay in is open inside.
+    (parts,) = place([Feature(1, "", (ring * 2,), keeps_in=True, is_local=is_local)], terrain)
+    inside, _ = covered(parts, np.array([1500.0, 900.0]), np.array([1500.0, 900.0]))
+    assert inside.tolist() == [False, True]

@@ -443,7 +443,8 @@ def test_an_outline_that_crosses_itself_is_a_warning(monkeypatch, corners, is_na
     rings = (tuple(zip(lon.tolist(), lat.tolist(), strict=True)),)
     found = read(monkeypatch, Feature(1, "R-7", rings))
     sentence = (
-        "airspace.txt: the outline crosses itself or goes round twice, and ground that it encloses "
-        'twice is not forbidden: feature 1, "R-7".'
+        "airspace.txt: the outline crosses itself or is drawn twice, and ground that it encloses "
+        "twice counts as inside and forbidden; draw it once around its area: "
+        'feature 1, "R-7".'
     )
     assert (sentence in said(found, Grade.WARNING)) == is_named

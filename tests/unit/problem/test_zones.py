@@ -43,6 +43,8 @@ def test_makers_of_zones(tmp_path):
     )
     assert Zone.read(file, terrain()) == (made,)
     assert all(isinstance(zone, Zone) for zone in (made, Zone.circle(1, 2, 3)))
+    # Drawn twice, its ground would be open by the even-odd rule.
+    assert Zone.polygon([*SQUARE, SQUARE[0], *SQUARE, SQUARE[0]], [hole]) == made
     with pytest.raises(InputError, match=r"^No-fly polygon: a ring must have at least 3 corners"):
         Zone.polygon([(0, 0), (1, 1)])
 

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import time
 
 import pytest
@@ -23,7 +24,10 @@ def test_a_signal_ends_it(hills, tmp_path, number, wait_s):
         time.sleep(wait_s)
         begun_s = time.monotonic()
         process.send_signal(number)
-        error = process.communicate(timeout=60)[1]
+        try:
+            error = process.communicate(timeout=60)[1]
+        except subprocess.TimeoutExpired:
+            pytest.fail("the command goes on")
         took_s = time.monotonic() - begun_s
     assert process.returncode == 128 + number
     assert error == "pathgene: Interrupted before the end.\n"

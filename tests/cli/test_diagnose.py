@@ -44,6 +44,7 @@ def test_closed(diagnosed):
     assert (status, report["connected"], report["leg"]) == (1, False, None)
     reason = report["reason"]
     assert (reason["code"], reason["sentence"]) == ("closed", sentence)
+    assert reason["proven"] is True
     assert reason["ring"]
 
 

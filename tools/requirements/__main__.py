@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pathgene.sim.cache import build_root
 from tools.mutation.workshop import Workshop
-from tools.requirements.checking import verdict
+from tools.requirements.checking import Known, verdict
 from tools.requirements.table import FILES, PAGE, ROOT, all_rows, load, mistakes, page_text
 
 
@@ -36,8 +36,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="work.", dir=folder) as work:
         shop = Workshop(ROOT, Path(work) / "copy", compiled=True)
+        known: Known = {}
         for name in options.check or rows:
-            said = verdict(shop, rows[name])
+            said = verdict(shop, rows[name], known=known)
             print(said or f"{name}: {rows[name].fault} [{rows[name].test}]", flush=True)
             found += [said] if said else []
     return 1 if found else 0

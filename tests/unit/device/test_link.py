@@ -129,6 +129,17 @@ def test_transfer_fills_exactly_the_window():
     assert chip.executed == []
 
 
+def test_at_most_64_commands_are_unanswered():
+    held = bytearray()
+    link, _, _ = connect()
+    link.open(link.info()[0], credit=10_000)
+    link._transport._to_board = lambda data: held.extend(data) or b""
+    link.attempts = 1
+    with pytest.raises(LinkTimeoutError):
+        link.transfer([(Command.WRITE, bytes([n])) for n in range(200)])
+    assert bytes(held).count(b"\0") - bytes(held).startswith(b"\0") == 64
+
+
 def test_transfer_without_faults():
     link, chip, _ = connect()
     commands = [(Command.WRITE, bytes([n % 256]) * (1 + n % 60)) for n in range(700)]

@@ -268,6 +268,27 @@ def test_stall_in_every_turn():
     assert not diagnose(problem(aircraft=stalling)).proven
 
 
+def test_the_first_reason_on_the_page_is_told_where_several_hold():
+    at_start = Circle(500, 700, 190)
+    town = Polygon(((2900, 2900), (3100, 2900), (3100, 3100), (2900, 3100)))
+    ridge = heights()
+    ridge[:, 28:33] = 600
+    stalling = replace(FOX, lift_coefficient_max=0.3)
+    thirsty = replace(stalling, fuel_weight_N=0.05)
+    weak = replace(thirsty, engine_power_W=10)
+    for code, zones, ground, aircraft in (
+        ("start", (at_start, Polygon(WALL), town), ridge, weak),
+        ("closed", (Polygon(WALL), town), ridge, weak),
+        ("ceiling", (town,), ridge, weak),
+        ("power", (town,), None, weak),
+        ("fuel", (town,), None, thirsty),
+        ("turn", (town,), None, stalling),
+        ("not-found", (), None, FOX),
+    ):
+        given = problem(*zones, elevation=ground, aircraft=aircraft, rules=Rules(ceiling_m=500.0))
+        assert diagnose(given).code == code
+
+
 def test_gaps_narrower_than_a_cell():
     gap = (Circle(3000, 1400, 1500, name="a"), Circle(3000, 4600, 1625, name="b"))
     reason = diagnose(problem(*gap))

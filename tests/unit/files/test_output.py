@@ -184,13 +184,22 @@ def test_a_reader_that_takes_nothing_more_is_given_up(tmp_path, monkeypatch, kin
     else:
         ends = pty.openpty()
         file.symlink_to(os.ttyname(ends[1]))
-    try:
-        with pytest.raises(InputError) as caught, output_file(file) as binary:
+    caught = []
+
+    def write():
+        with pytest.raises(InputError) as error, output_file(file) as binary:
             binary.write(b"new\n" * 100_000)
-    finally:
-        for end in ends:
-            os.close(end)
-    assert str(caught.value) == (
+        caught.append(str(error.value))
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    writer.join(10)
+    goes_on = writer.is_alive()
+    for end in ends:
+        os.close(end)
+    writer.join()
+    assert not goes_on
+    assert caught[0] == (
         f"Cannot write to {str(file)!r} (the reader of file has taken nothing for 0.2 s); give "
         "another file (--out)."
     )

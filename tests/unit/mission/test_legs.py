@@ -178,6 +178,7 @@ def test_legs_with_fuel_enough_for_each_alone(terrain):
     mission = Mission(Problem(terrain, start, goal, small), [(1950.0, 500.0, 250.0)])
     plan = plan_mission(mission, Search("astar", fallback="astar"))
     assert [leg.feasible for leg in plan.legs] == [True, True]
+    assert plan.reason is not None
     assert (plan.reason.code, plan.reason.proven) == ("joint", False)
     assert plan.reason.sentence.startswith(
         "Every leg has a feasible path, but the path of all legs breaks the limit fuel, "

@@ -42,6 +42,7 @@ def ask(chip, body, *, plain=False):
     answers = FrameSplitter().feed(chip.feed(encode_frame(bytes(body), plain=plain)))
     if not answers:
         return None
+    assert len(answers) == 1
     (answer,) = answers
     told, answer_plain = decode_frame(answer)
     assert answer_plain == plain
@@ -72,6 +73,7 @@ def test_info_is_plain_and_needs_no_session():
     chip = Chip(SMALL)
     for session in (0, 1):
         answer = ask(chip, (99, 7, Command.INFO), plain=True)
+        assert answer is not None
         assert answer[:3] == bytes((99, 7, Status.OK))
         assert info_reply(SMALL).unpack(answer[3:]) == info_values(SMALL) | {"session": session}
         ask(chip, (1, 0, Command.OPEN))
@@ -145,6 +147,7 @@ def test_repeated_commands_change_nothing(host):
     assert again(Command.GENERATE, bytes((LinkMode.RANK, *ORDER))) == rank
     # A repeated command may ask for a different link mode.
     recipe = again(Command.GENERATE, bytes((LinkMode.RECIPE, *ORDER)))
+    assert len(recipe) == recipe_reply(SMALL).size
     values = recipe_reply(SMALL).unpack(recipe)
     assert values["checksum"] == chip.core.checksum()
     assert [values[f"survivor_{i}"] for i in range(2)] == list(rank[:2])
@@ -226,6 +229,14 @@ def test_counters(host):
     assert after["receive"] - before["receive"] == 9 * 10 * SMALL.clocks_per_bit
     assert after["clocks"] == after["receive"] + after["transmit"] + 9
     assert set(after) == set(Counter)
+
+
+def test_start_keeps_the_population(host):
+    paths = random_paths(SMALL, random.Random(6))
+    host(Command.WRITE, b"\0" + pack_paths(SMALL, paths))
+    host(Command.START, GOOD_START)
+    slots = read_request(SMALL).pack(slot=0, count=8)
+    assert unpack_paths(SMALL, host(Command.READ, slots)) == paths
 
 
 def test_longest_generation_restarts_with_start(host):

@@ -12,6 +12,7 @@ from pathgene.hdl.protocol.codes import Command
 from pathgene.host.device.boards import board_scheme, open_board
 from pathgene.host.device.socket_port import BUSY
 from pathgene.host.errors import InputError, JobError
+from pathgene.sim.model.chip import Chip
 from tests.support.gateware.chips import SMALL
 from tools.chips import board_url
 
@@ -39,12 +40,20 @@ def connect(board):
     return socket.create_connection((host, int(port)), timeout=10)
 
 
+def receive(client):
+    """Return the next bytes for a client, empty once it is disconnected; fail if it must wait."""
+    try:
+        return client.recv(4096)
+    except TimeoutError:
+        pytest.fail("the board sends nothing")
+
+
 def answer(client):
     """Return the answer to INFO, up to its delimiter."""
     client.sendall(INFO)
     data = b""
     while not data.endswith(b"\0"):
-        part = client.recv(4096)
+        part = receive(client)
         if not part:
             break
         data += part
@@ -63,15 +72,41 @@ def test_the_chip_keeps_its_state_from_one_client_to_the_next(board):
     assert board.pid == os.getpid()
 
 
+def test_every_byte_passes_as_the_chip_sends_it(board):
+    """A terminal would change some, such as 10 and 13."""
+    asked = b"".join(
+        encode_frame(bytes((0, number, Command.INFO)), plain=True) for number in range(256)
+    )
+    expected = Chip(SMALL).feed(asked)
+    data = b""
+    with connect(board) as client:
+        client.sendall(asked)
+        while len(data) < len(expected):
+            data += receive(client)
+    assert data == expected
+
+
 def test_clients_that_wait_hear_that_the_board_is_busy(board):
     with connect(board) as first, connect(board) as second:
         assert answer(first)
         second.sendall(INFO)
         time.sleep(0.1)
         assert answer(first)
-        assert second.recv(100) == BUSY
-        assert second.recv(100) == b""
+        assert receive(second) == BUSY
+        assert receive(second) == b""
         assert answer(first)
+
+
+def test_a_client_that_asks_is_served_before_a_silent_one_that_came_first(board):
+    with connect(board) as first:
+        assert answer(first)
+        with connect(board) as silent, connect(board) as asks:
+            asks.sendall(INFO)
+            time.sleep(0.1)
+            first.close()
+            # The board answers the client that asks, and is busy for the silent one.
+            assert len(receive(asks)) > len(BUSY)
+            assert receive(silent) == BUSY
 
 
 def test_a_silent_client_loses_the_board_to_one_that_asks(board):
@@ -81,7 +116,7 @@ def test_a_silent_client_loses_the_board_to_one_that_asks(board):
             begun_s = time.monotonic()
             assert len(answer(second)) > len(BUSY)
             assert 0.5 < time.monotonic() - begun_s < SOON_S
-        assert first.recv(100) == b""
+        assert receive(first) == b""
 
 
 def test_a_client_that_has_closed_its_sending_side_has_left(board, monkeypatch):
@@ -113,7 +148,25 @@ def test_a_ninth_client_that_waits_is_refused(board):
     with contextlib.ExitStack() as stack:
         clients = [stack.enter_context(connect(board)) for _ in range(10)]
         refused = clients[1]
-        assert refused.recv(100) == BUSY
+        assert receive(refused) == BUSY
+
+
+def test_the_chip_waits_while_nobody_reads_its_replies(board):
+    board._listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
+    host, port = board.url.removeprefix("socket://").split(":")
+    with socket.socket() as client:
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        client.connect((host, int(port)))
+        client.sendall(INFO * 10_000)
+        deadline_s = time.monotonic() + 20
+        while len(board._unsent) < 1 << 16:
+            assert time.monotonic() < deadline_s
+            time.sleep(0.02)
+        before = -1
+        while before != (before := len(board._unsent)):
+            time.sleep(0.1)
+        # All replies are 440,000 bytes.
+        assert before < 1 << 17
 
 
 def test_a_terminal():
@@ -146,7 +199,7 @@ def test_it_ends_at_once():
     with served() as board:
         client = connect(board)
         assert answer(client)
-    assert client.recv(100) == b""
+    assert receive(client) == b""
     client.close()
     with pytest.raises(InputError, match=r"refused"):
         open_board(board.url)

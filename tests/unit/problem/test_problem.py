@@ -52,9 +52,12 @@ def test_values_become_tuples_of_floats():
     assert made.ds_m == 10.0
 
 
-def test_nofly_raster_is_made_once_and_cannot_be_written():
-    made = problem(zones=(Circle(1000, 0, 100),))
+def test_rasters_are_made_once_and_cannot_be_written():
+    zones = (Circle(1000, 0, 100), Circle(500, 500, 100, lower_m=400.0))
+    made = problem(zones=zones, rules=Rules())
     assert made.nofly_raster is made.nofly_raster
+    assert made.roof is not None
+    assert made.roof is made.roof
     assert made.nofly_raster[0, 20]
     with pytest.raises(ValueError, match="read-only"):
         made.nofly_raster[0, 0] = True

@@ -141,6 +141,12 @@ def test_paths_round_trip(paths):
     assert unpack_paths(CONFIG, packed) == paths
 
 
+def test_every_waypoint_begins_at_a_byte():
+    """A waypoint of the default chip has 30 bits, the last 31."""
+    packed = pack_paths(CONFIG, [[1, 2], [3, 4]])
+    assert packed == bytes.fromhex("01000000 02000040 03000000 04000040")
+
+
 @pytest.mark.parametrize(
     ("payload", "sentence"),
     [
@@ -186,11 +192,11 @@ hits = st.builds(
 @given(st.lists(st.just(PathResult()) | hits, max_size=10))
 def test_results_round_trip(results):
     packed = pack_results(CONFIG, results)
-    assert unpack_results(CONFIG, packed) == results
     # A clear path takes a byte, a hit 5 more, an entry 4.
     assert len(packed) == sum(
         1 + 5 * result.collision + 4 * len(result.entries) for result in results
     )
+    assert unpack_results(CONFIG, packed) == results
 
 
 def test_refuses_torn_results():

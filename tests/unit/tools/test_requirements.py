@@ -139,6 +139,9 @@ def test_a_test_that_notices_nothing_is_told(shop):
     # A crash of the whole file proves nothing about the requirement.
     crash = dataclasses.replace(row, new="clearance_m: float = 1 / 0")
     assert "does not notice the fault: [('ERROR'" in verdict(shop, crash, unaltered=False)
+    # Neither does a crash in the test.
+    crash = dataclasses.replace(row, old="number = real(name, value)", new="number = real(names)")
+    assert "does not notice the fault: [('ERROR'" in verdict(shop, crash, unaltered=False)
     hanging = dataclasses.replace(row, old="number = real(name, value)", new="while True: pass")
     shop.limit_s, usual = 1.0, shop.limit_s
     assert "does not notice the fault: [('ERROR'" in verdict(shop, hanging, unaltered=False)

@@ -22,7 +22,7 @@ from pathgene.host.problem.loops import Untangled, drawn_once, untangled
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["Placed", "Swapped", "long_way_on_map", "place", "swapped_on_map"]
+__all__ = ["Placed", "Swapped", "goes_short_way", "long_way_on_map", "place", "swapped_on_map"]
 
 Floats = NDArray[np.float64]
 
@@ -42,8 +42,6 @@ _NO_SHARE = 1e-6
 # Diagonals of the map, and degrees, above which an area that covers it counts as one of a country:
 # control zones are smaller, and often larger than a map.
 _VAST, _VAST_DEG = 5.0, 3.0
-# Degrees of longitude of an edge beyond which its way around the Earth is in doubt.
-_ACROSS_DEG = 60.0
 # Points on each side of the map, for its box in degrees.
 _BORDER_POINTS = 33
 
@@ -206,19 +204,19 @@ def _area(ring: Sequence[Position]) -> float:
     return 0.5 * abs(float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))))
 
 
-def long_way_on_map(features: Sequence[Feature], terrain: Terrain) -> list[bool]:
-    """Return for each feature whether it reaches the map if its long edges stay as drawn.
+def goes_short_way(feature: Feature) -> bool:
+    """Return whether an edge crosses the meridian of 180 degrees, to be shorter than as drawn."""
+    ring = feature.rings[0]
+    pairs = zip(ring, unwrapped(ring), strict=False)
+    return not feature.is_local and any(drawn[0] != moved[0] for drawn, moved in pairs)
 
-    An edge across less than :data:`_ACROSS_DEG` the short way crosses the meridian of 180 degrees.
-    """
-    found = [False] * len(features)
-    for number, feature in enumerate(features):
-        ring = feature.rings[0]
-        ends = zip(ring, (*ring[1:], ring[0]), strict=True)
-        jumps = [abs(after[0] - before[0]) for before, after in ends]
-        if not feature.is_local and any(180.0 < jump < 360.0 - _ACROSS_DEG for jump in jumps):
-            found[number] = _box_of(ring).meets(_box_around(terrain, 0.0))
-    return found
+
+def long_way_on_map(features: Sequence[Feature], terrain: Terrain) -> list[bool]:
+    """Return for each feature whether it reaches the map if its long edges stay as drawn."""
+    return [
+        goes_short_way(feature) and _box_of(feature.rings[0]).meets(_box_around(terrain, 0.0))
+        for feature in features
+    ]
 
 
 def _local(feature: Feature) -> Iterator[Placed]:

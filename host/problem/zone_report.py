@@ -15,7 +15,7 @@ from pathgene.host.formats.shapes import Ring
 from pathgene.host.problem.active_times import described
 from pathgene.host.problem.edges import clipped
 from pathgene.host.problem.heights import Band, encloses_nothing, follows_ground, ground_under
-from pathgene.host.problem.placing import Placed, long_way_on_map
+from pathgene.host.problem.placing import Placed, goes_short_way, long_way_on_map
 from pathgene.host.remarks import Grade, Reading, Remark
 from pathgene.host.terrain import Terrain
 
@@ -164,6 +164,7 @@ def report(
         for record, reason in zip(records, reasons, strict=True)
     ]
     on_map = list(itertools.compress(records, are_on_map))
+    off_map = list(itertools.compress(records, map(operator.not_, are_on_map)))
     able = [
         record
         for record, reason in zip(records, reasons, strict=True)
@@ -194,7 +195,7 @@ def report(
         *_counts(name, kind, len(records), len(on_map), len(able)),
         *_categories(name, records),
         *_powerless(name, records, reasons, bool(on_map)),
-        *_turned(name, list(itertools.compress(records, map(operator.not_, are_on_map))), terrain),
+        *_turned(name, on_map, off_map, terrain),
         *_left_out(name, left_out),
         *_unread(name, [record for record in on_map if record.feature.forbids]),
         *_tangled(name, able),
@@ -266,15 +267,25 @@ def _plural(reason: str) -> str:
     return reason
 
 
-def _turned(name: str, off_map: Sequence[Record], terrain: Terrain) -> Iterator[Remark]:
-    """Yield a warning for zones off the map whose edges may be meant to go the long way round."""
+def _turned(
+    name: str, on_map: Sequence[Record], off_map: Sequence[Record], terrain: Terrain
+) -> Iterator[Remark]:
+    """Yield remarks on zones whose edges may be meant to go the long way round."""
+    short = [record.feature.label for record in on_map if goes_short_way(record.feature)]
+    if short:
+        yield Remark(
+            Grade.NOTE,
+            f"{name}: an edge of more than 180 degrees of longitude goes the short way round the "
+            f"Earth, across the meridian of 180 degrees: {_labels(short)}.",
+        )
     away = long_way_on_map([record.feature for record in off_map], terrain)
     labels = [record.feature.label for record in itertools.compress(off_map, away)]
     if labels:
         yield Remark(
             Grade.WARNING,
             f"{name}: an edge of more than 180 degrees of longitude went the short way round the "
-            f"Earth, so its zone misses the map; divide the edge: {_labels(labels)}.",
+            f"Earth, across the meridian of 180 degrees, so its zone misses the map; divide the "
+            f"edge if the long way is meant: {_labels(labels)}.",
         )
 
 

@@ -9,7 +9,7 @@ from pyproj import Geod, Transformer
 from shapely.geometry import Polygon as Shape
 
 from pathgene.host.formats.features import Edges, Feature
-from pathgene.host.problem.placing import place
+from pathgene.host.problem.placing import goes_short_way, place
 from pathgene.host.terrain import Terrain
 
 
@@ -174,6 +174,21 @@ def test_a_map_of_the_world_stays_as_drawn(ring, lon):
     x, y, _, _ = grid(terrain, random.Random(1))
     inside, away = covered(parts, x, y)
     assert inside[away > 0.5].all()
+
+
+def test_only_a_ring_that_is_moved_goes_the_short_way():
+    south, north = 60.0, 61.0
+
+    def box(west, east):
+        return Feature(1, "", (((west, south), (east, south), (east, north), (west, north)),))
+
+    assert goes_short_way(box(-179.0, 179.0))
+    assert goes_short_way(box(-170.0, 170.0))
+    around = tuple((longitude, north) for longitude in range(-170, 190, 10))
+    whole = Feature(1, "", (NEARLY,))
+    for feature in (box(179.0, 181.0), box(-90.0, 90.0), box(-180.0, 180.0), whole):
+        assert not goes_short_way(feature)
+    assert not goes_short_way(Feature(1, "", (around,)))
 
 
 @pytest.mark.parametrize("lon", [-180.02, -179.99, -75.0, 0.0, 100.0, 179.98])

@@ -392,17 +392,16 @@ def test_intervals_of_openair_without_a_time_zone_are_plain():
 
 
 @pytest.mark.parametrize(
-    ("west", "east", "is_doubtful"), [(-100.0, 100.0, True), (-179.0, 179.0, False)]
+    ("west", "east", "is_doubtful"),
+    [(-100.0, 100.0, True), (-170.0, 170.0, True), (-180.0, 180.0, False), (-90.0, 89.0, False)],
 )
 def test_an_edge_that_went_the_short_way_is_a_warning(monkeypatch, west, east, is_doubtful):
     _, latitude = feature().rings[0][0]
-    south, north = latitude - 1.0, latitude + 1.0
-    wide = Feature(2, "wide", (((west, south), (east, south), (east, north), (west, north)),))
-    found = said(read(monkeypatch, feature(), wide), "warning")
-    assert [text.partition(": ")[2] for text in found] == [
-        "an edge of more than 180 degrees of longitude went the short way round the Earth, so its "
-        'zone misses the map; divide the edge: feature 2, "wide".'
-    ] * is_doubtful
+    ring = tuple((x, latitude + y) for x, y in ((west, -1), (east, -1), (east, 1), (west, 1)))
+    found = said(read(monkeypatch, feature(), Feature(2, "wide", (ring,))), "warning")
+    start = "airspace.txt: an edge of more than 180 degrees of longitude went the short way round "
+    end = 'divide the edge if the long way is meant: feature 2, "wide".'
+    assert [text.startswith(start) and text.endswith(end) for text in found] == [True] * is_doubtful
 
 
 SQUARE = [(1000.0, 1000.0), (2000.0, 1000.0), (2000.0, 2000.0), (1000.0, 2000.0)]

@@ -22,7 +22,15 @@ from pathgene.host.problem.loops import Untangled, drawn_once, untangled
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["Placed", "Swapped", "goes_short_way", "long_way_on_map", "place", "swapped_on_map"]
+__all__ = [
+    "Placed",
+    "Swapped",
+    "goes_short_way",
+    "in_degrees_on_map",
+    "long_way_on_map",
+    "place",
+    "swapped_on_map",
+]
 
 Floats = NDArray[np.float64]
 
@@ -217,6 +225,15 @@ def long_way_on_map(features: Sequence[Feature], terrain: Terrain) -> list[bool]
         goes_short_way(feature) and _box_of(feature.rings[0]).meets(_box_around(terrain, 0.0))
         for feature in features
     ]
+
+
+def in_degrees_on_map(feature: Feature, terrain: Terrain) -> bool:
+    """Return whether a feature meets the map if its numbers are degrees, in either order."""
+    if terrain.crs is None:
+        return False
+    around, ring = _box_around(terrain, 0.0), feature.rings[0]
+    boxes = _box_of(ring), _box_of([(y, x) for x, y in ring])
+    return any(True for box in boxes for _ in around.turns(box))
 
 
 def _local(feature: Feature) -> Iterator[Placed]:

@@ -15,15 +15,14 @@ from pathgene.host.formats.shapes import Ring
 from pathgene.host.problem.active_times import described
 from pathgene.host.problem.edges import clipped
 from pathgene.host.problem.heights import Band, encloses_nothing, follows_ground, ground_under
-from pathgene.host.problem.placing import Placed, goes_short_way, long_way_on_map
+from pathgene.host.problem.placing import Placed
+from pathgene.host.problem.zone_doubts import in_degrees, labelled, tangled, turned
 from pathgene.host.remarks import Grade, Reading, Remark
 from pathgene.host.terrain import Terrain
 
 
 __all__ = ["OFF_THE_MAP", "Record", "powerless", "report", "touches"]
 
-# Names in one sentence.
-_NAMES = 5
 # Square metres of a zone without a size.
 _NO_AREA_M2 = 1e-6
 # Reason for features that lie elsewhere, which are counted but rarely named.
@@ -195,10 +194,11 @@ def report(
         *_counts(name, kind, len(records), len(on_map), len(able)),
         *_categories(name, records),
         *_powerless(name, records, reasons, bool(on_map)),
-        *_turned(name, on_map, off_map, terrain),
+        *turned(name, [r.feature for r in on_map], [r.feature for r in off_map], terrain),
+        *in_degrees(name, [r.feature for r in records], terrain),
         *_left_out(name, left_out),
         *_unread(name, [record for record in on_map if record.feature.forbids]),
-        *_tangled(name, able),
+        *tangled(name, [(r.feature, r.parts) for r in able]),
         *_own_remarks(name, on_map),
         *_plain_times(name, [record for record in on_map if record.feature.forbids]),
         *_validity(name, on_map, departure),
@@ -224,7 +224,7 @@ def _categories(name: str, records: Sequence[Record]) -> Iterator[Remark]:
         yield Remark(
             Grade.NOTE,
             f"{name}: {_count(len(open_), 'zone')} of a category that does not forbid ({kinds}): "
-            f"{_labels(feature.label for feature in open_)}; --forbid changes this.",
+            f"{labelled(feature.label for feature in open_)}; --forbid changes this.",
         )
 
 
@@ -247,7 +247,7 @@ def _powerless(
         grade = Grade.NOTE if reason == OFF_THE_MAP and some_on_map else Grade.WARNING
         verb = "forbids" if len(labels) == 1 else "forbid"
         why = reason if len(labels) == 1 else _plural(reason)
-        text = f"{file}{_labels(labels)} {verb} nothing: {why}."
+        text = f"{file}{labelled(labels)} {verb} nothing: {why}."
         yield Remark(grade, f"{text[:1].upper()}{text[1:]}" if not file else text)
 
 
@@ -267,28 +267,6 @@ def _plural(reason: str) -> str:
     return reason
 
 
-def _turned(
-    name: str, on_map: Sequence[Record], off_map: Sequence[Record], terrain: Terrain
-) -> Iterator[Remark]:
-    """Yield remarks on zones whose edges may be meant to go the long way round."""
-    short = [record.feature.label for record in on_map if goes_short_way(record.feature)]
-    if short:
-        yield Remark(
-            Grade.NOTE,
-            f"{name}: an edge of more than 180 degrees of longitude goes the short way round the "
-            f"Earth, across the meridian of 180 degrees: {_labels(short)}.",
-        )
-    away = long_way_on_map([record.feature for record in off_map], terrain)
-    labels = [record.feature.label for record in itertools.compress(off_map, away)]
-    if labels:
-        yield Remark(
-            Grade.WARNING,
-            f"{name}: an edge of more than 180 degrees of longitude went the short way round the "
-            f"Earth, across the meridian of 180 degrees, so its zone misses the map; divide the "
-            f"edge if the long way is meant: {_labels(labels)}.",
-        )
-
-
 def _left_out(name: str, left_out: Iterable[LeftOut]) -> Iterator[Remark]:
     """Yield one remark for each reason why parts of the file are not zones."""
     by_reason: dict[tuple[str, bool], list[str]] = {}
@@ -296,7 +274,7 @@ def _left_out(name: str, left_out: Iterable[LeftOut]) -> Iterator[Remark]:
         by_reason.setdefault((each.reason, each.is_suspicious), []).append(each.label)
     for (reason, is_suspicious), labels in by_reason.items():
         grade = Grade.WARNING if is_suspicious else Grade.NOTE
-        yield Remark(grade, f"{name}: {_labels(labels)} left out: {reason}.")
+        yield Remark(grade, f"{name}: {labelled(labels)} left out: {reason}.")
 
 
 def _unread(name: str, records: Iterable[Record]) -> Iterator[Remark]:
@@ -309,23 +287,8 @@ def _unread(name: str, records: Iterable[Record]) -> Iterator[Remark]:
         verb = "is" if len(names) == 1 else "are"
         yield Remark(
             Grade.WARNING,
-            f"{name}: {', '.join(names)} of {_labels(labels)} {verb} not read, so nothing is "
+            f"{name}: {', '.join(names)} of {labelled(labels)} {verb} not read, so nothing is "
             "limited by it.",
-        )
-
-
-def _tangled(name: str, records: Iterable[Record]) -> Iterator[Remark]:
-    """Yield a warning for zones whose outlines cross themselves or enclose ground twice."""
-    by_kind: dict[bool, list[str]] = {}
-    for record in records:
-        if any(part.is_tangled for part in record.parts):
-            by_kind.setdefault(record.feature.keeps_in, []).append(record.feature.label)
-    for keeps_in, labels in by_kind.items():
-        counts = "outside and forbidden" if keeps_in else "inside and forbidden"
-        yield Remark(
-            Grade.WARNING,
-            f"{name}: the outline crosses itself or is drawn twice, and ground that it encloses "
-            f"twice counts as {counts}; draw it once around its area: {_labels(labels)}.",
         )
 
 
@@ -336,7 +299,7 @@ def _own_remarks(name: str, records: Iterable[Record]) -> Iterator[Remark]:
         for remark in record.feature.remarks:
             by_remark.setdefault(remark, []).append(record.feature.label)
     for remark, labels in by_remark.items():
-        yield Remark(remark.grade, f"{name}: {_labels(labels)}: {remark.text}.")
+        yield Remark(remark.grade, f"{name}: {labelled(labels)}: {remark.text}.")
 
 
 def _plain_times(name: str, records: Iterable[Record]) -> Iterator[Remark]:
@@ -349,7 +312,7 @@ def _plain_times(name: str, records: Iterable[Record]) -> Iterator[Remark]:
     if plain:
         yield Remark(
             Grade.WARNING,
-            f"{name}: times without a time zone count as UTC: {_labels(plain)}.",
+            f"{name}: times without a time zone count as UTC: {labelled(plain)}.",
         )
 
 
@@ -385,14 +348,14 @@ def _assumed(
         yield Remark(
             Grade.NOTE,
             f"{name}: limits above the ground follow the ground tile by tile, on the safe side: "
-            f"{_labels(above_ground)}.",
+            f"{labelled(above_ground)}.",
         )
     levels = [r.feature.label for r in records if _refers(r.feature, Reference.STANDARD)]
     if levels and not has_qnh:
         yield Remark(
             Grade.NOTE,
             f"{name}: flight levels count for any pressure at sea level from 950 to 1050 hPa; give "
-            f"the pressure by --qnh: {_labels(levels)}.",
+            f"the pressure by --qnh: {labelled(levels)}.",
         )
     ellipsoidal = [r.feature.label for r in records if _refers(r.feature, Reference.WGS84)]
     if ellipsoidal:
@@ -402,14 +365,14 @@ def _assumed(
         yield Remark(
             Grade.NOTE,
             f"{name}: heights above the ellipsoid count with a geoid from {low:g} to {high:g} m "
-            f"above it: {_labels(ellipsoidal)}.",
+            f"above it: {labelled(ellipsoidal)}.",
         )
     timed = [r.feature.label for r in records if r.feature.periods]
     if timed and not has_departure:
         yield Remark(
             Grade.NOTE,
             f"{name}: zones that are active at times count as always active without --departure: "
-            f"{_labels(timed)}.",
+            f"{labelled(timed)}.",
         )
 
 
@@ -420,10 +383,3 @@ def _refers(feature: Feature, reference: Reference) -> bool:
 
 def _count(count: int, word: str) -> str:
     return f"{count} {word}" if count == 1 else f"{count} {word}s"
-
-
-def _labels(labels: Iterable[str]) -> str:
-    """Return names for a sentence, each once: the first ones, and the number of the rest."""
-    listed = list(dict.fromkeys(labels))
-    more = f" and {len(listed) - _NAMES} more" if len(listed) > _NAMES else ""
-    return f"{', '.join(listed[:_NAMES])}{more}"

@@ -82,6 +82,8 @@ class Runs:
     ----------
     started : int
         Number of runs begun. The population changes only when this number does.
+    may_continue : bool
+        Nothing has told yet that the latest run is over.
 
     Raises
     ------
@@ -92,6 +94,7 @@ class Runs:
     def __init__(self, config: Config, link: Link, orders: Orders, map_copy: MapCopy) -> None:
         self._config, self._link, self._orders, self._map = config, link, orders, map_copy
         self.started = 0
+        self.may_continue = False
 
     def together(self) -> AbstractContextManager[None]:
         """Return a context that sends its commands together and waits once for all of them.
@@ -143,6 +146,7 @@ class Runs:
         payload = options.pack(self._config)
         # Whatever the answer, the population may have changed.
         self.started += 1
+        self.may_continue = True
         self._orders.give([(Command.RUN, payload)])
 
     def status(self) -> RunStatus:
@@ -172,20 +176,22 @@ class Runs:
         LinkTimeoutError
             If the run has not ended within the link's patience.
         """
-        if not self.status().running:
-            return
-        self.stop()
-        limit = self._link.now() + self._link.patience_s
-        while self.status().running:
-            if self._link.now() > limit:
-                raise LinkTimeoutError(
-                    f"The board continues a run {self._link.patience_s:g} s after it was told "
-                    "to stop: reset it."
-                )
+        if self.status().running:
+            self.stop()
+            limit = self._link.now() + self._link.patience_s
+            while self.status().running:
+                if self._link.now() > limit:
+                    raise LinkTimeoutError(
+                        f"The board continues a run {self._link.patience_s:g} s after it was told "
+                        "to stop: reset it."
+                    )
+        self.may_continue = False
 
     def best(self) -> BestPaths:
         """Return the paths of the latest run, best first; empty if the problem had no run."""
-        return BestPaths(*unpack_best(self._config, self._link.request(Command.BEST)))
+        best = BestPaths(*unpack_best(self._config, self._link.request(Command.BEST)))
+        self.may_continue = False
+        return best
 
     def best_if_over(self) -> BestPaths | None:
         """Return the paths of the latest run as :meth:`best` does, or None before its end."""

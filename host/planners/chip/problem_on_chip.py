@@ -225,12 +225,15 @@ class ProblemOnChip:
     ) -> tuple[RunStatus, BestPaths]:
         """Execute a run; return its status and its best paths.
 
-        Before the first run and after :meth:`ease`, the chip gets its map and record with the
-        command. During the run, ``ends`` is called every 10 ms and stops the run by returning True.
+        A run that was interrupted is ended first. Before the first run and after :meth:`ease`, the
+        chip gets its map and record with the command. During the run, ``ends`` is called every
+        10 ms and stops the run by returning True.
         """
         runs = self.chip.runs
         config, traffic = self.chip.config, self.chip.link.traffic
         limit_s = options.cycles / config.clock_hz
+        if runs.may_continue and self.chip.link.session is not None:
+            runs.end()
         before = dataclasses.replace(traffic)
         with runs.together():
             if not self._is_sent:

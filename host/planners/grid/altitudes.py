@@ -25,8 +25,11 @@ Floats = NDArray[np.float64]
 
 # Clearance over the ground in metres, so that rounding puts no sample under it.
 _CLEARANCE_M = 1e-3
-# Margin to the limits of slope, as a tangent: more than the solver's tolerance.
-_SLOPE_MARGIN = 1e-6
+# Margins to the limits of slope, as tangents: more than the solver's tolerance; and with the strict
+# rule, where limits allow, so much that the path also keeps them over a map in another projection,
+# whose lengths differ by up to 0.1 %.
+_TOLERANCE = 1e-6
+_SLOPE_MARGIN = 1e-4
 # Price of excess slope, in metres of altitude over the whole path.
 _TOO_STEEP = 1e6
 # Price of a metre below the minimum, in metres of altitude over the whole path.
@@ -242,7 +245,8 @@ def _solved(
     """
     count = len(level)
     segments, slopes = count - 1, len(rises)
-    climb, descent = (limit - _SLOPE_MARGIN for limit in slopes_allowed)
+    margin = _TOLERANCE if problem.rules is None else _SLOPE_MARGIN
+    climb, descent = (limit - margin for limit in slopes_allowed)
     # Rounding up may add this much to a rise or take this much from it.
     more = step_m * np.maximum(rises[:, 1:-1], 0).sum(axis=1)
     less = step_m * np.maximum(-rises[:, 1:-1], 0).sum(axis=1)
@@ -268,7 +272,7 @@ def _solved(
     work = np.full(segments, prices.work / prices.area / way_m)
     costs = np.concatenate((level / way_m, work, [_TOO_STEEP]))
     solution = linprog(costs, A_ub=matrix, b_ub=limits, bounds=bounds, method="highs")
-    steep = solution.status != 0 or solution.x[-1] > 0
+    steep = solution.status != 0 or solution.x[-1] > margin - _TOLERANCE
     if steep and problem.rules is not None:
         # The raster may require more than the rules: then fly too low where there is no
         # alternative.

@@ -167,6 +167,8 @@ def test_the_chip_waits_while_nobody_reads_its_replies(board):
             time.sleep(0.1)
         # All replies are 440,000 bytes.
         assert before < 1 << 17
+    with connect(board) as second:
+        assert answer(second) == Chip(SMALL).feed(INFO)
 
 
 def test_a_terminal():

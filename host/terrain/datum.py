@@ -45,6 +45,8 @@ class Vertical:
         Heights above the ellipsoid.
     stated : str
         Name of the reference system that states it.
+    remarks : tuple of Remark
+        Contradictions between the file and the user.
     """
 
     unit: str
@@ -54,6 +56,7 @@ class Vertical:
     datum_from: str
     is_ellipsoidal: bool = False
     stated: str = ""
+    remarks: tuple[Remark, ...] = ()
 
     @property
     def facts(self) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.inputs import exists, require_regular
 from pathgene.host.remarks import Reading
 from pathgene.host.terrain import geodesy, vrt
+from pathgene.host.terrain.contents import doubts, require_heights
 from pathgene.host.terrain.datum import Vertical
 from pathgene.host.terrain.marks import Mark, marked, named
 from pathgene.host.terrain.stated import Stated
@@ -104,8 +105,8 @@ def read(
     Raises
     ------
     InputError
-        If it cannot be read, has several bands, complex data, too many cells, or heights in an
-        unknown unit, or if it must be self-contained and is not.
+        If it cannot be read, has several bands, complex data, too many cells, heights in an
+        unknown unit or no heights, or if it must be self-contained and is not.
     """
     stated = stated or Stated()
     try:
@@ -133,6 +134,7 @@ def read(
                 require_cells(path, (file.height, file.width), max_cells)
                 if file.crs is not None:
                     geodesy.require_earth(path, file.crs)
+                require_heights(path, file, stated)
                 heights_in = vertical(
                     path,
                     file.crs,
@@ -143,6 +145,7 @@ def read(
                 )
                 unit_m = heights_in.unit_m
                 band = file.read(1, masked=True)
+                remarks = (*heights_in.remarks, *doubts(path, file, band.data, stated))
                 scale, offset = file.scales[0], file.offsets[0]
                 transform, crs, driver = file.transform, file.crs, file.driver
                 nodata = file.nodata
@@ -174,7 +177,7 @@ def read(
         "declared_void": None if nodata is None or math.isnan(nodata) else nodata,
     }
     left = int((of_srtm & ~declared).sum())
-    reading, voids = named(Reading(facts), numbers, stated)
+    reading, voids = named(Reading(facts, remarks), numbers, stated)
     if voids is not None:
         heights[voids] = np.nan
         left = 0 if UNDECLARED_VOID in stated.marks else left

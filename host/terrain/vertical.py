@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import re
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from rasterio.crs import CRS
 from rasterio.enums import WktVersion
 
 from pathgene.host.errors import InputError
+from pathgene.host.remarks import Grade, Remark
 from pathgene.host.terrain.datum import ELLIPSOID, Vertical
 from pathgene.host.terrain.stated import HEIGHT_UNITS
 
@@ -57,6 +59,8 @@ _NAMES_UNIT = re.compile(
     r"(?<![a-z])(us[- _]?)?(ft|feet|foot|dm|cm|(deci|centi)-?met(re|er)s?)(us)?(?![a-z])",
     re.IGNORECASE,
 )
+# Share by which two spellings of one unit differ at most; a US survey foot is another foot.
+_SAME_UNIT = 1e-9
 # A plane whose unit lies between these, in metres, is in a kind of feet.
 _FEET_M = (0.29, 0.32)
 # WGS84 with heights above the ellipsoid, and above the geoid EGM96.
@@ -98,7 +102,9 @@ def vertical(
     """
     system = None if crs is None else _pyproj(crs)
     axis = None if system is None else _vertical_axis(system)
+    hints = tuple(hints)
     unit, unit_m, unit_from = _unit(path, system, axis, band_unit, height_unit, hints)
+    remarks = tuple(_contradictions(axis, band_unit, height_unit, hints))
     if axis is not None and axis[2] == "down":
         unit_m = -unit_m
     datum, datum_from, is_ellipsoidal = "mean sea level", "assumed", False
@@ -111,7 +117,7 @@ def vertical(
             datum, is_ellipsoidal = ELLIPSOID, True
         datum_from = "option"
     name = "" if system is None else system.name
-    return Vertical(unit, unit_m, unit_from, datum, datum_from, is_ellipsoidal, name)
+    return Vertical(unit, unit_m, unit_from, datum, datum_from, is_ellipsoidal, name, remarks)
 
 
 def horizontal(crs: CRS) -> CRS:
@@ -176,6 +182,49 @@ def _unit(
             "state it (--height-unit m|ft|us-ft)."
         )
     return "m", 1.0, "assumed"
+
+
+def _contradictions(
+    axis: tuple[str, float, str, str, bool] | None,
+    band_unit: str | None,
+    height_unit: str | None,
+    hints: Iterable[str],
+) -> Iterator[Remark]:
+    """Yield a warning if the file states another unit of heights than the user or its own band."""
+    stated = (band_unit or "").strip()
+    found: list[tuple[str, float | None]] = []
+    if stated and height_unit is not None:
+        found.append((f"the band states {stated!r}", _UNITS_M.get(stated.lower())))
+    elif axis is not None:
+        found.append((f"the reference system states {axis[0]!r}", axis[1]))
+    elif height_unit is not None:
+        words = ((hint, _NAMES_UNIT.search(hint)) for hint in hints)
+        found += [
+            (f"the file says {hint!r}", _metres(word.group())) for hint, word in words if word
+        ]
+    if height_unit is not None:
+        unit, unit_m, by = height_unit, HEIGHT_UNITS[height_unit], "--height-unit states"
+        remedy = "leave the option out, or correct it, if the file is right"
+    else:
+        unit, unit_m, by = stated, _UNITS_M.get(stated.lower(), math.nan), "the band states"
+        remedy = f"state the unit (--height-unit {'|'.join(HEIGHT_UNITS)})"
+    for source, metres in found[:1]:
+        if metres and stated != height_unit and not _is_same(metres, unit_m):
+            text = f"Heights are in {unit}, as {by}, but {source}; {remedy}."
+            yield Remark(Grade.WARNING, text)
+
+
+def _is_same(one_m: float, other_m: float) -> bool:
+    """Return whether two units have the same length, or one of them none."""
+    return math.isnan(other_m) or math.isclose(one_m, other_m, rel_tol=_SAME_UNIT)
+
+
+def _metres(word: str) -> float | None:
+    """Return the metres of a unit that a description names."""
+    plain = re.sub("[- _]", "", word.lower())
+    if plain.startswith("us") or plain.endswith("us"):
+        return HEIGHT_UNITS["us-ft"]
+    return _UNITS_M.get(plain)
 
 
 def _vertical_axis(system: pyproj.CRS) -> tuple[str, float, str, str, bool] | None:

@@ -95,6 +95,49 @@ def test_the_unit_of_the_user_is_stronger_than_that_of_the_file(write_tif):
     assert terrain.lowest == pytest.approx(400 * 0.3048)
 
 
+@pytest.mark.parametrize(
+    ("unit", "description", "given", "source"),
+    [
+        ("ft", None, "m", "the band states 'ft'"),
+        ("metre", None, "ft", "the band states 'metre'"),
+        ("ft", None, "us-ft", "the band states 'ft'"),
+        (None, "Elevation (ft)", "m", "the file says 'Elevation (ft)'"),
+        (None, "heights in US feet", "m", "the file says 'heights in US feet'"),
+        ("metre", None, "m", None),
+        ("us_survey_foot", None, "us-ft", None),
+        ("fathom", None, "m", None),
+        (None, "Elevation (feet)", "ft", None),
+        (None, None, "dm", None),
+    ],
+)
+def test_a_unit_that_contradicts_the_file_is_a_warning(write_tif, unit, description, given, source):
+    file = write_tif(HEIGHTS, unit=unit)
+    with rasterio.open(file, "r+") as made:
+        if description:
+            made.set_band_description(1, description)
+    assert load(file, stated=Stated(height_unit=given)).reading.warnings == (
+        f"Heights are in {given}, as --height-unit states, but {source}; leave the option out, or "
+        "correct it, if the file is right.",
+    ) * bool(source)
+
+
+def test_a_unit_that_contradicts_the_vertical_system_is_a_warning(write_tif):
+    # Metres of UTM, and heights of NAVD88 in US survey feet.
+    system = rasterio.crs.CRS.from_string("EPSG:26910+6360")
+    file = write_tif(HEIGHTS, crs=system)
+    (text,) = load(file, stated=Stated(height_unit="m")).reading.warnings
+    assert "states 'US survey foot'; leave the option out" in text
+    assert load(file, stated=Stated(height_unit="us-ft")).reading.warnings == ()
+    # The file contradicts itself.
+    file = write_tif(HEIGHTS, crs=system, unit="m")
+    terrain = load(file)
+    assert terrain.lowest == 400
+    assert terrain.reading.warnings == (
+        "Heights are in m, as the band states, but the reference system states 'US survey foot'; "
+        "state the unit (--height-unit m|dm|cm|ft|us-ft).",
+    )
+
+
 def test_a_unit_that_is_not_stated_is_assumed(write_tif):
     assert facts_of(load(write_tif(HEIGHTS))) == {"unit": "m", "unit_from": "assumed"}
     assert facts_of(load(write_tif(HEIGHTS, unit="m"))) == {"unit": "m", "unit_from": "file"}

@@ -1,8 +1,8 @@
 """The rows of the requirements, their checks, and the page that shows them.
 
 A file of this folder with the suffix ``.toml`` holds the rows of one page. ``page`` names the page
-and ``source`` the text that it is made from, if it is generated. ``sections`` names the only
-sections that state requirements, or ``left_out`` those that state none. Each ``[[rows]]`` has
+and ``source`` the text that it is made from, if it is generated. ``left_out`` names the sections
+that state no requirements. Each ``[[rows]]`` has
 
 ``sentences``
     The requirement as the page states it; further sentences belong to the same requirement.
@@ -83,7 +83,6 @@ class Requirements:
 
     page: str
     source: str
-    sections: tuple[str, ...]
     left_out: tuple[str, ...]
     rows: tuple[Row, ...]
     explanations: Mapping[str, Sequence[str]]
@@ -91,12 +90,7 @@ class Requirements:
     def stated(self, text: str | None = None) -> list[Sentence]:
         """Return the sentences of the page, or of another text of it."""
         text = (ROOT / self.source).read_text("utf-8") if text is None else text
-        return [
-            one
-            for one in sentences(text)
-            if (not self.sections or one.section in self.sections)
-            and one.section not in self.left_out
-        ]
+        return [one for one in sentences(text) if one.section not in self.left_out]
 
 
 def load(name: str) -> Requirements:
@@ -109,7 +103,6 @@ def load(name: str) -> Requirements:
     return Requirements(
         table["page"],
         table.get("source", table["page"]),
-        tuple(table.get("sections", ())),
         tuple(table.get("left_out", ())),
         tuple(rows),
         table["explanations"],
@@ -146,7 +139,8 @@ def mistakes_of_page(requirements: Requirements, text: str | None = None) -> Ite
 def mistakes_of_row(row: Row) -> Iterator[str]:
     """Yield a sentence for each part that a row lacks or names wrongly."""
     for name in ("sentences", "unit", "test", "fault", "old"):
-        if not getattr(row, name):
+        value = getattr(row, name)
+        if not (value.strip() if isinstance(value, str) else value):
             yield f"{row.name} has no {name}"
     file, _, unit = row.unit.partition(":")
     if not (ROOT / file).is_file():

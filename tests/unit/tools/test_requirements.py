@@ -94,6 +94,11 @@ def test_a_change_of_a_page_is_told():
     assert list(mistakes_of_page(rules, added)) == [
         "docs/rules.md states without a row: Aircraft must be green."
     ]
+    reliability = load("reliability")
+    added = f"{(ROOT / reliability.page).read_text('utf-8')}\n## Promises\n\nA board is green.\n"
+    assert list(mistakes_of_page(reliability, added)) == [
+        "docs/reliability.md states without a row: A board is green."
+    ]
     sentence = "The burned fuel must leave the reserve."
     told = list(mistakes_of_page(rules, page.replace(sentence, "The fuel must last.")))
     assert told == [
@@ -107,6 +112,7 @@ def test_a_change_of_a_page_is_told():
     [
         ({"sentences": ()}, "has no sentences"),
         ({"fault": ""}, "has no fault"),
+        ({"fault": " "}, "has no fault"),
         ({"unit": "host/nothing.py:f"}, "no file host/nothing.py"),
         ({"unit": "host/problem/rules.py:to_dict"}, "the fault is not in host/problem/rules.py:"),
         ({"unit": "host/problem/limits.py:Limits"}, "occurs 0 times in host/problem/limits.py"),

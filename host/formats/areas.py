@@ -25,6 +25,7 @@ __all__ = [
     "areas",
     "check_degrees",
     "named_system",
+    "require_outside",
     "unread",
     "unread_texts",
 ]
@@ -55,6 +56,13 @@ _STEP, _MOST_STEPS = 1000.0, 500
 
 # Names of properties for the class of an airspace, which formats of airspace define.
 _CLASS = re.compile(r"(air ?space|icao)?[_ ]?class", re.IGNORECASE)
+# Words for areas to stay in, as a value of any property, or as the name of one that is true.
+_STAY_IN = re.compile(
+    r"(inclusi(on|ve)|include|(keep|stay)[-_ ]?in(side)?)([-_ ]?(zone|fence|area|geofence))?",
+    re.IGNORECASE,
+)
+_NAMES = ("name", "title", "description")
+_TRUE = (True, 1, "1", "true", "True", "TRUE", "yes", "Yes", "YES")
 # Limits of height in a text for people.
 _HEIGHT_IN_TEXT = re.compile(
     r"\d\s{0,3}(?:m|ft|feet|met(?:er|re)s?)?\s{0,3}(?:AGL|AMSL|MSL|ASL|ASFC)\b"
@@ -292,3 +300,21 @@ def unread_texts(properties: Mapping[str, Any], description: Any) -> tuple[Remar
         text = "its description names limits of height and is not read"
         remarks.append(Remark(Grade.NOTE, text))
     return tuple(remarks)
+
+
+def require_outside(properties: Mapping[str, Any]) -> None:
+    """Check that no property asks to stay in an area, which a zone would forbid.
+
+    Raises
+    ------
+    InputError
+        If one does.
+    """
+    for key, value in properties.items():
+        is_value = isinstance(value, str) and _STAY_IN.fullmatch(value.strip()) is not None
+        is_named = _STAY_IN.fullmatch(key) is not None and value in _TRUE
+        if (is_value and key.lower() not in _NAMES) or is_named:
+            raise InputError(
+                f"its {key} {value!r:.40} asks to stay inside, but a zone forbids its inside; give "
+                "it as a fence of a .plan, or remove the property."
+            )

@@ -9,13 +9,9 @@ from typing import Any
 from pathgene.host.errors import InputError
 from pathgene.host.formats.areas import MOST_NAME
 from pathgene.host.formats.features import Bad, LeftOut, Limit, Read, label
-from pathgene.host.remarks import Grade, Remark
 
 
-__all__ = ["Member", "check_order", "doubts", "members", "plain_text", "read_members", "sized"]
-
-# Metres of radius below which a unit of the file is doubtful.
-_SMALL_M = 10.0
+__all__ = ["Member", "check_order", "members", "plain_text", "read_members", "sized"]
 
 
 @dataclass(frozen=True)
@@ -123,14 +119,6 @@ def sized(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < 1e8:
         raise InputError(f"the radius of a circle must be a number above 0, not {value!r}.")
     return float(value)
-
-
-def doubts(radius_m: float | None) -> tuple[Remark, ...]:
-    """Return the warning of a circle that is too small for a zone."""
-    if radius_m is None or radius_m >= _SMALL_M:
-        return ()
-    text = f"its radius is {radius_m:g} m; kilometres or nautical miles may be meant"
-    return (Remark(Grade.WARNING, text),)
 
 
 def check_order(lower: Limit | None, upper: Limit | None) -> None:

@@ -15,7 +15,6 @@ from pathgene.host.formats.areas import Placing, Rings
 from pathgene.host.formats.collection import (
     Member,
     check_order,
-    doubts,
     members,
     read_members,
     sized,
@@ -78,7 +77,7 @@ def _zone(member: Member) -> Iterator[Read]:
                 periods,
                 category,
                 forbids=classes.forbids(category),
-                remarks=(*remarks, *doubts(radius_m)),
+                remarks=remarks,
             )
 
 

@@ -12,7 +12,6 @@ from pathgene.host.formats.areas import MOST_NAME, Placing, Rings, areas
 from pathgene.host.formats.collection import (
     Member,
     check_order,
-    doubts,
     members,
     properties_of,
     read_members,
@@ -128,7 +127,6 @@ def _zone(member: Member, common: Sequence[str], geoid: str) -> Iterator[Read]:
                 remarks=(
                     *_remarks(departures, geoid, (lower, upper)),
                     *doubts_on_times(member.properties.get("limitedApplicability")),
-                    *doubts(radius_m),
                 ),
             )
 

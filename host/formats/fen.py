@@ -9,6 +9,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.formats.areas import check_degrees
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Bad, Feature, Position, Read, label
+from pathgene.host.remarks import Grade, Remark
 
 
 __all__ = ["features", "recognises"]
@@ -50,7 +51,22 @@ def features(content: Content) -> Iterator[Read]:
     except InputError as error:
         yield Bad(label("fence", 1), str(error))
         return
-    yield Feature(1, "outside of the fence", (ring,), kind="fence", keeps_in=True)
+    remarks: tuple[Remark, ...] = ()
+    if not _is_inside(ring, positions[0]):
+        text = "its return point, the first row, lies outside; a corner there is not read"
+        remarks = (Remark(Grade.WARNING, text),)
+    yield Feature(1, "outside of the fence", (ring,), kind="fence", keeps_in=True, remarks=remarks)
+
+
+def _is_inside(ring: tuple[Position, ...], place: Position) -> bool:
+    """Return whether a place lies in a ring, by the even-odd rule, or is one of its corners."""
+    if place in ring:
+        return True
+    (x, y), inside = place, False
+    for (xa, ya), (xb, yb) in zip(ring, (*ring[1:], ring[0]), strict=True):
+        if (ya <= y) != (yb <= y) and x < xa + (y - ya) * (xb - xa) / (yb - ya):
+            inside = not inside
+    return inside
 
 
 def _rows(content: Content) -> list[tuple[int, list[str]]]:

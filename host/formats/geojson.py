@@ -18,6 +18,7 @@ from pathgene.host.formats.areas import (
     Placing,
     areas,
     named_system,
+    require_outside,
     unread,
     unread_texts,
 )
@@ -289,6 +290,7 @@ def _read(number: int, feature: Any, placing: Placing, is_own: bool) -> Iterator
         return
     try:
         found, others = areas(geometry, placing, is_circle=properties.get("radius_m") is not None)
+        require_outside(properties)
         common = _numbers(properties)
         heights = _heights(properties)
     except InputError as error:
@@ -311,12 +313,17 @@ def _read(number: int, feature: Any, placing: Placing, is_own: bool) -> Iterator
             t0_s=common["t0"],
             t1_s=common["t1"],
             is_local=placing.is_local,
-            unread=unread(properties, (*_READ, *heights.read)),
+            unread=unread(properties, _read_names(is_circle=is_circle, more=heights.read)),
             # Files of our own always state metres above sea level by numbers.
             remarks=()
             if is_own
             else (*heights.remarks, *unread_texts(properties, properties.get("description"))),
         )
+
+
+def _read_names(*, is_circle: bool, more: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of the properties that are read; a radius is not of a polygon."""
+    return tuple(name for name in (*_READ, *more) if is_circle or name != "radius_m")
 
 
 def _left_out(tag: str, kind: str, properties: dict[str, Any]) -> LeftOut | Bad:

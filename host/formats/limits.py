@@ -43,7 +43,8 @@ _UNLIMITED = frozenset({"UNL", "UNLIM", "UNLIMITED", "UNLTD"})
 _WORD = re.compile(r"WGS84|[A-Z]+|[-+]?\d[\d.,]*|'")
 # Marks of feet.
 _PRIMES = str.maketrans(dict.fromkeys("’′´`", "'"))
-_NUMBER = re.compile(r"[-+]?(?:\d+|\d{1,3}(?:,\d{3})+)(?:\.\d{1,2}|\.\d{4,}|\.0*)?")
+# A point before three digits may separate thousands, but not after a 0.
+_NUMBER = re.compile(r"[-+]?(?:0(?:\.\d*)?|(?:\d+|\d{1,3}(?:,\d{3})+)(?:\.(?:\d{0,2}|\d{4,}))?)")
 
 # Properties that state a lower and an upper limit; the first one present of each is read.
 _LOWER = ("lowerLimit", "lower_limit", "lowerCeiling", "lowerAltitude", "floor", "bottom", "base")

@@ -11,7 +11,14 @@ from typing import Any, NamedTuple
 from xml.etree import ElementTree as ET
 
 from pathgene.host.errors import InputError
-from pathgene.host.formats.areas import MOST_NAME, Rings, check_degrees, unread, unread_texts
+from pathgene.host.formats.areas import (
+    MOST_NAME,
+    Rings,
+    check_degrees,
+    require_outside,
+    unread,
+    unread_texts,
+)
 from pathgene.host.formats.features import (
     Bad,
     Edges,
@@ -116,6 +123,8 @@ def placemark(
     name = " ".join(name.split())[:MOST_NAME]
     tag = label(kind, number, name)
     try:
+        if not is_ours:
+            require_outside(data)
         numbers = {key: _number(key, data.get(key, "none")) for key in _NUMBERS}
         limits = own_limits(data)
         circle = _circle(element, data) if numbers["radius_m"] is not None else None

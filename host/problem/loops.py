@@ -16,7 +16,7 @@ from pathgene.host.formats.features import Position
 from pathgene.host.formats.shapes import Ring
 
 
-__all__ = ["Untangled", "drawn_once", "untangled"]
+__all__ = ["Untangled", "drawn_once", "is_inside", "untangled"]
 
 Floats = NDArray[np.float64]
 
@@ -262,10 +262,10 @@ def _holds(ring: Ring, other: Ring) -> bool:
         # They have all corners in common, so the middle of an edge decides.
         points = np.array(other)
         points = 0.5 * (points + np.roll(points, -1, axis=0))
-    return bool(_is_inside(ring, points).all())
+    return bool(is_inside(ring, points).all())
 
 
-def _is_inside(ring: Ring, points: Floats) -> NDArray[np.bool_]:
+def is_inside(ring: Ring, points: Floats) -> NDArray[np.bool_]:
     """Return which points (n, 2) lie inside a ring, by the even-odd rule."""
     x, y = points.T
     inside = np.zeros(len(points), dtype=bool)

@@ -1,4 +1,4 @@
-"""Doubts about the shapes of zones: outlines, ways around the Earth, degrees taken as metres."""
+"""Doubts about zones: outlines, ways around the Earth, degrees taken as metres, odd sizes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,11 @@ import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
-from pathgene.host.formats.features import Feature
+import numpy as np
+
+from pathgene.host.formats.features import Feature, Position, Reference
+from pathgene.host.problem.edges import unwrapped
+from pathgene.host.problem.loops import is_inside
 from pathgene.host.problem.placing import (
     Placed,
     goes_short_way,
@@ -17,12 +21,16 @@ from pathgene.host.remarks import Grade, Remark
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["in_degrees", "labelled", "tangled", "turned"]
+__all__ = ["in_degrees", "labelled", "of_holes", "of_size", "tangled", "turned"]
 
 # Names in one sentence.
 _NAMES = 5
 # Extent in metres below which nobody draws a zone, and the largest longitude and latitude.
 _SMALL_M, _DEGREES = 5.0, (180.0, 90.0)
+# Radii below and above which a unit of the file is doubtful, metres; greatest doubtful upper limit
+# above the ground, and least doubtful lower limit.
+_SMALL_RADIUS_M, _LARGE_RADIUS_M = 10.0, 500_000.0
+_LOW_M, _HIGH_M = 5.0, 20_000.0
 
 
 def turned(
@@ -80,6 +88,57 @@ def in_degrees(name: str, features: Iterable[Feature], terrain: Terrain) -> Iter
             f"{name}: crs_local is true, so coordinates are metres, but some look like degrees: "
             f"{labelled(found)}; remove crs_local if they are longitudes and latitudes.",
         )
+
+
+def of_holes(name: str, features: Iterable[Feature]) -> Iterator[Remark]:
+    """Yield warnings of zones whose holes lie outside their outline, or around it."""
+    outside: list[str] = []
+    around: list[str] = []
+    for feature in features:
+        outer, *holes = map(unwrapped, feature.rings)
+        if not holes or feature.keeps_in:
+            continue
+        # Corners of a hole may lie on the outline.
+        samples = np.array([_third(hole) for hole in holes])
+        is_in = is_inside(outer, samples.reshape(-1, 2)).reshape(len(holes), -1)
+        for hole, inner in zip(holes, is_in, strict=True):
+            if not inner.any() and frozenset(hole) != frozenset(outer):
+                holds = is_inside(hole, np.array(_third(outer))).any()
+                (around if holds else outside).append(feature.label)
+    for labels, text in (
+        (outside, "a hole lies outside the outline and is forbidden, too; make it a polygon"),
+        (around, "a hole lies around the outline, so the ground between is forbidden; swap them"),
+    ):
+        if labels:
+            yield Remark(Grade.WARNING, f"{name}: {text}: {labelled(labels)}.")
+
+
+def _third(ring: Sequence[Position]) -> tuple[Position, Position, Position]:
+    """Return three corners of a ring, far from each other."""
+    return ring[0], ring[len(ring) // 3], ring[2 * len(ring) // 3]
+
+
+def of_size(name: str, features: Iterable[Feature]) -> Iterator[Remark]:
+    """Yield warnings of zones whose radius or limits look like another unit."""
+    by_doubt: dict[str, list[str]] = {}
+    for feature in features:
+        for doubt in _odd_sizes(feature):
+            by_doubt.setdefault(doubt, []).append(feature.label)
+    for doubt, labels in by_doubt.items():
+        yield Remark(Grade.WARNING, f"{name}: {labelled(labels)}: {doubt}.")
+
+
+def _odd_sizes(feature: Feature) -> Iterator[str]:
+    radius_m, lower, upper = feature.radius_m, feature.lower, feature.upper
+    if radius_m is not None and not feature.is_local:
+        if 0 < radius_m < _SMALL_RADIUS_M:
+            yield f"its radius is {radius_m:g} m; kilometres or nautical miles may be meant"
+        elif radius_m > _LARGE_RADIUS_M:
+            yield f"its radius is {radius_m / 1000:,.0f} km; metres may be meant"
+    if upper is not None and upper.reference is Reference.AGL and 0 < upper.height_m < _LOW_M:
+        yield f"its upper limit is {upper.described}, so it forbids little; correct its unit"
+    if lower is not None and lower.height_m > _HIGH_M:
+        yield f"its lower limit is {lower.described}, over all flights; correct its unit"
 
 
 def _are_degrees(x: Sequence[float], y: Sequence[float]) -> bool:

@@ -16,7 +16,14 @@ from pathgene.host.problem.active_times import described
 from pathgene.host.problem.edges import clipped
 from pathgene.host.problem.heights import Band, encloses_nothing, follows_ground, ground_under
 from pathgene.host.problem.placing import Placed
-from pathgene.host.problem.zone_doubts import in_degrees, labelled, tangled, turned
+from pathgene.host.problem.zone_doubts import (
+    in_degrees,
+    labelled,
+    of_holes,
+    of_size,
+    tangled,
+    turned,
+)
 from pathgene.host.remarks import Grade, Reading, Remark
 from pathgene.host.terrain import Terrain
 
@@ -199,6 +206,8 @@ def report(
         *_left_out(name, left_out),
         *_unread(name, [record for record in on_map if record.feature.forbids]),
         *tangled(name, [(r.feature, r.parts) for r in able]),
+        *of_holes(name, [r.feature for r in on_map if r.feature.forbids]),
+        *of_size(name, [r.feature for r in on_map if r.feature.forbids]),
         *_own_remarks(name, on_map),
         *_plain_times(name, [record for record in on_map if record.feature.forbids]),
         *_validity(name, on_map, departure),

@@ -24,6 +24,15 @@ def test_reads_the_polygon_after_the_return_point():
     assert (found.keeps_in, found.label) == (True, 'fence 1, "outside of the fence"')
 
 
+@pytest.mark.parametrize(("first", "is_said"), [("40.0, 10.05", True), (POINTS[1], False)])
+def test_a_return_point_outside_is_a_warning(first, is_said):
+    (found,) = fen.features(content(first, *POINTS[1:], name="old.fen"))
+    text = "its return point, the first row, lies outside; a corner there is not read"
+    assert [each.text for each in found.remarks] == [text] * is_said
+    (inside,) = fen.features(content(*POINTS, name="old.fen"))
+    assert inside.remarks == ()
+
+
 def test_the_polygon_may_be_open():
     (found,) = fen.features(content(*POINTS[:-1], name="old.fen"))
     assert len(found.rings[0]) == 3

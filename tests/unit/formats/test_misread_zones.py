@@ -5,11 +5,10 @@ import json
 import pytest
 
 from pathgene.host.errors import InputError
-from pathgene.host.formats import ed269, ed318, geojson, kml, plan
+from pathgene.host.formats import geojson, kml, plan
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Bad, LeftOut, Limit, Reference
 from pathgene.host.formats.registry import read_features
-from pathgene.host.remarks import Grade
 
 
 RING = [[9.0, 45.0], [9.01, 45.0], [9.01, 45.01], [9.0, 45.0]]
@@ -257,15 +256,27 @@ def test_open_lines_and_plain_points_are_left_out():
         assert isinstance(part, LeftOut)
 
 
-@pytest.mark.parametrize(("radius", "notes"), [(5, 1), (9.99, 1), (10, 0), (5000, 0)])
-def test_a_tiny_circle_of_a_publication_is_doubtful(radius, notes):
-    circle = {"type": "Circle", "center": [9.0, 45.0], "radius": radius}
-    zone = {"restriction": "PROHIBITED", "geometry": [{"horizontalProjection": circle}]}
-    extent = {"subType": "Circle", "radius": radius}
-    point = {"type": "Point", "coordinates": [9.0, 45.0], "extent": extent}
-    layered = document({"type": "PROHIBITED", "zoneAuthority": []}, point)
-    for reader, value in ((ed269, {"features": [zone]}), (ed318, layered)):
-        (feature,) = reads(value, reader)
-        said = [remark.text for remark in feature.remarks if remark.grade is Grade.WARNING]
-        text = f"its radius is {radius:g} m; kilometres or nautical miles may be meant"
-        assert said == [text] * notes
+@pytest.mark.parametrize(
+    "properties",
+    [
+        {"inclusion": "true"},
+        {"type": "inclusion"},
+        {"fence": "keep-in"},
+        {"kind": "Inclusive zone"},
+    ],
+)
+def test_an_area_to_stay_in_is_no_zone(properties):
+    for value, reader in ((document(properties), geojson), (placemark(properties), kml)):
+        (part,) = reads(value, reader)
+        assert isinstance(part, Bad)
+        key, stated = next(iter(properties.items()))
+        assert part.reason.startswith(f"its {key} {stated!r} asks to stay inside, but a zone")
+    for silent in ({"inclusion": "false"}, {"name": "inclusion"}, {"type": "exclusion"}):
+        for value, reader in ((document(silent), geojson), (placemark(silent), kml)):
+            (part,) = reads(value, reader)
+            assert not isinstance(part, Bad)
+
+
+def test_a_radius_of_a_polygon_is_not_read():
+    (found,) = reads(document({"radius_m": 500}))
+    assert (found.unread, found.radius_m) == (("radius_m",), None)

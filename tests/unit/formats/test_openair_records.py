@@ -131,7 +131,17 @@ LIMITS = {
     "UNLIM": None,
     "Unlimited": None,
 }
-UNKNOWN = ("FL95 AGL", "FL 95 GND", "Ask on 122.8", "2500/3500 ft", "FL", "2.500 ft", "95 km", "")
+UNKNOWN = (
+    "FL95 AGL",
+    "FL 95 GND",
+    "Ask on 122.8",
+    "2500/3500 ft",
+    "FL",
+    "2.500 ft",
+    "10.000 ft",
+    "95 km",
+    "",
+)
 
 
 @pytest.mark.parametrize("record", ["AL", "AH"])

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from pyproj import Transformer
 
+from pathgene.host.formats.features import Feature, Limit, Reference
+from pathgene.host.problem.zone_doubts import of_holes, of_size
 from pathgene.host.problem.zones import read_zones
 from pathgene.host.remarks import Grade
 from pathgene.host.terrain import Terrain
@@ -57,3 +59,77 @@ def test_local_metres_that_look_like_degrees_are_a_warning(
         "zones.geojson: crs_local is true, so coordinates are metres, but some look like degrees: "
         f'feature 1, "R-7" is {size}; remove crs_local if they are longitudes and latitudes.'
     ] * bool(size)
+
+
+RINGS = (((9.0, 46.0), (9.1, 46.0), (9.1, 46.1)),)
+
+
+def circle(radius_m, **fields):
+    return Feature(1, "R-7", (((9.0, 46.0),),), radius_m, **fields)
+
+
+def between(lower=None, upper=None):
+    return Feature(1, "R-7", RINGS, None, lower, upper)
+
+
+@pytest.mark.parametrize(
+    ("feature", "doubt"),
+    [
+        (circle(0.5), "its radius is 0.5 m; kilometres or nautical miles may be meant"),
+        (circle(9.99), "its radius is 9.99 m; kilometres or nautical miles may be meant"),
+        (circle(2500 * 1852.0), "its radius is 4,630 km; metres may be meant"),
+        (circle(10.0), None),
+        (circle(200_000.0), None),
+        (circle(0.5, is_local=True), None),
+        (
+            between(upper=Limit(0.12, Reference.AGL, "0.12 m AGL")),
+            "its upper limit is 0.12 m AGL, so it forbids little; correct its unit",
+        ),
+        (
+            between(Limit(45_720.0, Reference.STANDARD, "FL 1500")),
+            "its lower limit is FL 1500, over all flights; correct its unit",
+        ),
+        (between(Limit(300.0, Reference.AMSL), Limit(5.0, Reference.AGL)), None),
+        (between(Limit(0.0, Reference.AGL), Limit(1.0, Reference.AMSL)), None),
+    ],
+)
+def test_sizes_that_look_like_another_unit_are_a_warning(feature, doubt):
+    found = [(each.grade, each.text) for each in of_size("z.json", [feature, feature])]
+    assert found == [(Grade.WARNING, f'z.json: feature 1, "R-7": {doubt}.')] * bool(doubt)
+
+
+def test_the_report_has_the_doubts_on_sizes(tmp_path):
+    point = {"type": "Point", "coordinates": [9.02, 46.02]}
+    for properties, is_said in (({"radius_m": 0.5}, True), ({"radius_m": 50}, False)):
+        document = {"type": "Feature", "properties": properties, "geometry": point}
+        (tmp_path / "z.geojson").write_text(json.dumps(document))
+        remarks = read_zones(tmp_path / "z.geojson", PLACED).reading.warnings
+        assert len(remarks) == is_said
+
+
+def ring(west, south, size):
+    (corners,) = square(west, south, size)["coordinates"]
+    return tuple(map(tuple, corners[:-1]))
+
+
+@pytest.mark.parametrize(
+    ("holes", "doubt"),
+    [
+        ([ring(9.5, 46.5, 0.2)], None),
+        # A corner on the outline, and the whole outline.
+        ([ring(9.0, 46.0, 0.2)], None),
+        ([ring(9.0, 46.0, 1.0)[::-1]], None),
+        (
+            [ring(9.5, 46.5, 0.2), ring(10.5, 46.5, 0.2)],
+            "a hole lies outside the outline and is forbidden, too; make it a polygon",
+        ),
+        (
+            [ring(8.0, 45.0, 3.0)],
+            "a hole lies around the outline, so the ground between is forbidden; swap them",
+        ),
+    ],
+)
+def test_holes_that_lie_elsewhere_are_a_warning(holes, doubt):
+    zone = Feature(1, "R-7", (ring(9.0, 46.0, 1.0), *holes))
+    found = [each.text for each in of_holes("z.json", [zone])]
+    assert found == [f'z.json: {doubt}: feature 1, "R-7".'] * bool(doubt)

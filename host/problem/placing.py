@@ -27,6 +27,7 @@ __all__ = [
     "Swapped",
     "goes_short_way",
     "in_degrees_on_map",
+    "is_mirrored_on_map",
     "long_way_on_map",
     "place",
     "swapped_on_map",
@@ -233,6 +234,16 @@ def in_degrees_on_map(feature: Feature, terrain: Terrain) -> bool:
         return False
     around, ring = _box_around(terrain, 0.0), feature.rings[0]
     boxes = _box_of(ring), _box_of([(y, x) for x, y in ring])
+    return any(True for box in boxes for _ in around.turns(box))
+
+
+def is_mirrored_on_map(feature: Feature, terrain: Terrain) -> bool:
+    """Return whether a feature in degrees meets the map with other signs."""
+    if feature.is_local or terrain.crs is None:
+        return False
+    around, ring = _box_around(terrain, 0.0), feature.rings[0]
+    signs = ((-1, 1), (1, -1), (-1, -1))
+    boxes = [_box_of([(x * east, y * north) for x, y in ring]) for east, north in signs]
     return any(True for box in boxes for _ in around.turns(box))
 
 

@@ -15,13 +15,23 @@ from pathgene.host.problem.placing import (
     Placed,
     goes_short_way,
     in_degrees_on_map,
+    is_mirrored_on_map,
     long_way_on_map,
 )
 from pathgene.host.remarks import Grade, Remark
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["in_degrees", "labelled", "of_holes", "of_size", "tangled", "turned"]
+__all__ = [
+    "in_degrees",
+    "labelled",
+    "mirrored",
+    "of_corners",
+    "of_holes",
+    "of_size",
+    "tangled",
+    "turned",
+]
 
 # Names in one sentence.
 _NAMES = 5
@@ -31,6 +41,8 @@ _SMALL_M, _DEGREES = 5.0, (180.0, 90.0)
 # above the ground, and least doubtful lower limit.
 _SMALL_RADIUS_M, _LARGE_RADIUS_M = 10.0, 500_000.0
 _LOW_M, _HIGH_M = 5.0, 20_000.0
+# Degrees by which a corner lies far from the others, which lie this many times nearer together.
+_FAR_DEG, _NEARER = 1.0, 20.0
 
 
 def turned(
@@ -87,6 +99,38 @@ def in_degrees(name: str, features: Iterable[Feature], terrain: Terrain) -> Iter
             Grade.WARNING,
             f"{name}: crs_local is true, so coordinates are metres, but some look like degrees: "
             f"{labelled(found)}; remove crs_local if they are longitudes and latitudes.",
+        )
+
+
+def of_corners(name: str, features: Iterable[Feature]) -> Iterator[Remark]:
+    """Yield a warning for zones of which one corner lies far from all others."""
+    found = [feature.label for feature in features if _has_stray_corner(feature)]
+    if found:
+        yield Remark(
+            Grade.WARNING,
+            f"{name}: one corner lies more than {_FAR_DEG:g} degree from all others, which are "
+            f"near each other; correct its longitude or latitude: {labelled(found)}.",
+        )
+
+
+def _has_stray_corner(feature: Feature) -> bool:
+    ring = list(dict.fromkeys(feature.rings[0]))
+    if feature.is_local or len(ring) < 4:
+        return False
+    corners = np.array(unwrapped(ring))
+    away = np.abs(corners - np.median(corners, axis=0)).max(axis=1)
+    *_, near, far = np.sort(away)
+    return bool(far > max(_FAR_DEG, _NEARER * near))
+
+
+def mirrored(name: str, off_map: Sequence[Feature], terrain: Terrain) -> Iterator[Remark]:
+    """Yield a warning for zones off the map that changed signs would place on it."""
+    found = [feature.label for feature in off_map if is_mirrored_on_map(feature, terrain)]
+    if found:
+        yield Remark(
+            Grade.WARNING,
+            f"{name}: with another sign of longitude or latitude, the zone would be on the map; "
+            f"check east and west, and north and south: {labelled(found)}.",
         )
 
 

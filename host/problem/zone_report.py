@@ -19,6 +19,8 @@ from pathgene.host.problem.placing import Placed
 from pathgene.host.problem.zone_doubts import (
     in_degrees,
     labelled,
+    mirrored,
+    of_corners,
     of_holes,
     of_size,
     tangled,
@@ -206,6 +208,8 @@ def report(
         *_left_out(name, left_out),
         *_unread(name, [record for record in on_map if record.feature.forbids]),
         *tangled(name, [(r.feature, r.parts) for r in able]),
+        *mirrored(name, [] if on_map else [r.feature for r in off_map], terrain),
+        *of_corners(name, [r.feature for r in on_map]),
         *of_holes(name, [r.feature for r in on_map if r.feature.forbids]),
         *of_size(name, [r.feature for r in on_map if r.feature.forbids]),
         *_own_remarks(name, on_map),

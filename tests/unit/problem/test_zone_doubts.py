@@ -7,7 +7,7 @@ import pytest
 from pyproj import Transformer
 
 from pathgene.host.formats.features import Feature, Limit, Reference
-from pathgene.host.problem.zone_doubts import of_holes, of_size
+from pathgene.host.problem.zone_doubts import mirrored, of_corners, of_holes, of_size
 from pathgene.host.problem.zones import read_zones
 from pathgene.host.remarks import Grade
 from pathgene.host.terrain import Terrain
@@ -133,3 +133,44 @@ def test_holes_that_lie_elsewhere_are_a_warning(holes, doubt):
     zone = Feature(1, "R-7", (ring(9.0, 46.0, 1.0), *holes))
     found = [each.text for each in of_holes("z.json", [zone])]
     assert found == [f'z.json: {doubt}: feature 1, "R-7".'] * bool(doubt)
+
+
+@pytest.mark.parametrize(
+    ("corner", "is_said"),
+    [((0.0, 0.0), True), ((46.0, 9.0), True), ((90.5, 46.5), True), ((9.0, 46.9), False)],
+)
+def test_a_corner_far_from_the_others_is_a_warning(corner, is_said):
+    near = (*ring(9.5, 46.5, 0.02)[:3], corner)
+    wide = ((9.0, 46.0), (12.0, 46.0), (12.0, 49.0), (0.0, 47.0))
+    features = [Feature(1, "R-7", (near,)), Feature(2, "wide", (wide,))]
+    found = [each.text for each in of_corners("z.json", features)]
+    start = "z.json: one corner lies more than 1 degree from all others, which are near each other;"
+    end = ' correct its longitude or latitude: feature 1, "R-7".'
+    assert found == [start + end] * is_said
+
+
+@pytest.mark.parametrize(
+    ("west", "south", "is_said"),
+    [(-9.03, 46.01, True), (9.01, -46.03, True), (-9.03, -46.03, True), (-8.0, 45.0, False)],
+)
+def test_signs_that_place_a_zone_elsewhere_are_a_warning(west, south, is_said):
+    zone = Feature(1, "R-7", (ring(west, south, 0.01),))
+    found = [each.text for each in mirrored("z.json", [zone], PLACED)]
+    start = "z.json: with another sign of longitude or latitude, the zone would be on the map; "
+    end = 'check east and west, and north and south: feature 1, "R-7".'
+    assert found == [start + end] * is_said
+
+
+def test_the_report_has_the_doubts_on_places(tmp_path):
+    east, far = square(9.01, 46.01, 0.02), square(9.01, 46.01, 0.02)
+    far["coordinates"][0][2] = [0, 0]
+    for geometry, words in (
+        (square(-9.03, 46.01, 0.02), ["lies off", "with another sign", "0 can forbid"]),
+        (far, ["one corner"]),
+        (east, []),
+    ):
+        document = {"type": "Feature", "properties": {}, "geometry": geometry}
+        (tmp_path / "z.geojson").write_text(json.dumps(document))
+        said = read_zones(tmp_path / "z.geojson", PLACED).reading.warnings
+        assert len(said) == len(words)
+        assert all(any(word in text for text in said) for word in words)

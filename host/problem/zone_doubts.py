@@ -41,7 +41,7 @@ _SMALL_M, _DEGREES = 5.0, (180.0, 90.0)
 # above the ground, and least doubtful lower limit.
 _SMALL_RADIUS_M, _LARGE_RADIUS_M = 10.0, 500_000.0
 _LOW_M, _HIGH_M = 5.0, 20_000.0
-# Degrees by which a corner lies far from the others, which lie this many times nearer together.
+# Degrees by which a corner lies far from all other corners, which are this many times nearer.
 _FAR_DEG, _NEARER = 1.0, 20.0
 
 
@@ -103,13 +103,13 @@ def in_degrees(name: str, features: Iterable[Feature], terrain: Terrain) -> Iter
 
 
 def of_corners(name: str, features: Iterable[Feature]) -> Iterator[Remark]:
-    """Yield a warning for zones of which one corner lies far from all others."""
+    """Yield a warning for zones of which a corner lies far from all other corners."""
     found = [feature.label for feature in features if _has_stray_corner(feature)]
     if found:
         yield Remark(
             Grade.WARNING,
-            f"{name}: one corner lies more than {_FAR_DEG:g} degree from all others, which are "
-            f"near each other; correct its longitude or latitude: {labelled(found)}.",
+            f"{name}: one corner lies more than {_FAR_DEG:g} degree from all other corners, "
+            f"which are near each other; correct its longitude or latitude: {labelled(found)}.",
         )
 
 

@@ -144,8 +144,10 @@ def test_a_corner_far_from_the_others_is_a_warning(corner, is_said):
     wide = ((9.0, 46.0), (12.0, 46.0), (12.0, 49.0), (0.0, 47.0))
     features = [Feature(1, "R-7", (near,)), Feature(2, "wide", (wide,))]
     found = [each.text for each in of_corners("z.json", features)]
-    start = "z.json: one corner lies more than 1 degree from all others, which are near each other;"
-    end = ' correct its longitude or latitude: feature 1, "R-7".'
+    start = (
+        "z.json: one corner lies more than 1 degree from all other corners, which are near each "
+    )
+    end = 'other; correct its longitude or latitude: feature 1, "R-7".'
     assert found == [start + end] * is_said
 
 

@@ -24,13 +24,21 @@ __all__ = ["doubts", "require_heights"]
 _OTHER = re.compile(
     r"hill[ _-]?shad(?:e|ing)|shaded[ _-]?relief|(?<![a-z])(?:slopes?|aspects?|gradients?|curvature"
     r"|rough(?:ness)?|rugged(?:ness)?|tri|tpi|ndvi|intensity|reflectance|orthophoto|land[ _-]?cover"
-    r"|population|temperature|precipitation)(?![a-z])",
+    r"|population|temperature|precipitation|errors?|uncertainty|accuracy|tid)(?![a-z])",
     re.IGNORECASE,
 )
 _HEIGHTS = re.compile(
     r"elev|height|altitude|topo|bathy|depth|(?<![a-z])(?:n?dem|dtm|dsm|dgm|dom|mnt|srtm|z)(?![a-z])",
     re.IGNORECASE,
 )
+# Heights of things above the ground.
+_ABOVE_GROUND = re.compile(
+    r"(?:canopy|vegetation|tree|building)[ _-]?heights?|height above ground"
+    r"|(?<![a-z])(?:chm|ndsm)(?![a-z])",
+    re.IGNORECASE,
+)
+_DEPTHS = re.compile(r"(?<![a-z])(?:depths?|soundings?)(?![a-z])", re.IGNORECASE)
+_ELLIPSOID = re.compile(r"ellipsoid|(?<![a-z])hae(?![a-z])", re.IGNORECASE)
 # Units of slopes and directions.
 _ANGLES = frozenset(
     {"degree", "degrees", "deg", "°", "percent", "%", "radian", "radians", "rad", "gon", "grad"}
@@ -39,6 +47,8 @@ _ANGLES = frozenset(
 _OF_BAND = ("description", "long_name", "standard_name", "name")
 _OF_FILE = ("tifftag_imagedescription", "description", "title", "layer_type", "content")
 _ACCEPT = f"state the unit if they are heights (--height-unit {'|'.join(HEIGHT_UNITS)})"
+# Different numbers between 0 and 1 that are no heights.
+_MANY = 20
 # Directions: their range, and the share of steps of more than half a turn between neighbours.
 _TURN, _FIRST, _LAST, _SHARE = 360.0, 10.0, 350.0, 0.01
 
@@ -75,9 +85,24 @@ def require_heights(path: Path, file: DatasetReader, stated: Stated) -> None:
 
 
 def doubts(
-    path: Path, file: DatasetReader, numbers: NDArray[Any], stated: Stated
+    path: Path, file: DatasetReader, numbers: np.ma.MaskedArray[Any, Any], stated: Stated
 ) -> Iterator[Remark]:
-    """Yield warnings of a raster that may hold something other than heights."""
+    """Yield warnings of a raster that may hold something other than heights above the sea."""
+    described = file.descriptions[0] or ""
+    known = numbers.compressed()
+    known = known[np.isfinite(known)]
+    if stated.heights is None and _ELLIPSOID.search(described):
+        yield Remark(
+            Grade.WARNING,
+            f"The band is described as {described[:80]!r}, and heights count from the sea; state "
+            "from where they count (--heights sea-level|ellipsoidal).",
+        )
+    if _DEPTHS.search(described) and known.size and np.median(known) > 0:
+        yield Remark(
+            Grade.WARNING,
+            f"The band is described as {described[:80]!r}, and its numbers are above 0, so depths "
+            "count as heights; change their sign in the file.",
+        )
     if stated.height_unit is not None or file.units[0]:
         return
     tags = {key.lower(): value for key, value in file.tags().items()}
@@ -90,8 +115,10 @@ def doubts(
         return
     if file.dtypes[0] in ("uint8", "int8"):
         yield _doubt("its numbers are bytes, as in a picture such as a hillshade")
-    elif _are_directions(numbers):
+    elif _are_directions(numbers.data):
         yield _doubt("its numbers are directions of 0 to 360 degrees, as of slopes")
+    elif _are_shares(known):
+        yield _doubt("all its numbers are between 0 and 1, as shares or kilometres")
 
 
 def _doubt(reason: str) -> Remark:
@@ -101,8 +128,19 @@ def _doubt(reason: str) -> Remark:
 
 def _other(text: str | None) -> str:
     """Return the word for something other than heights in a text that names no heights."""
-    found = None if not text or _HEIGHTS.search(text) else _OTHER.search(text)
+    if not text:
+        return ""
+    found = _ABOVE_GROUND.search(text)
+    if found is None and not _HEIGHTS.search(text):
+        found = _OTHER.search(text)
     return found.group().lower() if found else ""
+
+
+def _are_shares(numbers: NDArray[Any]) -> bool:
+    """Return whether many different numbers lie between 0 and 1."""
+    if not numbers.size or numbers.min() < 0 or numbers.max() > 1:
+        return False
+    return len(np.unique(numbers)) >= _MANY
 
 
 def _are_directions(numbers: NDArray[Any]) -> bool:

@@ -145,7 +145,7 @@ def read(
                 )
                 unit_m = heights_in.unit_m
                 band = file.read(1, masked=True)
-                remarks = (*heights_in.remarks, *doubts(path, file, band.data, stated))
+                remarks = (*heights_in.remarks, *doubts(path, file, band, stated))
                 scale, offset = file.scales[0], file.offsets[0]
                 transform, crs, driver = file.transform, file.crs, file.driver
                 nodata = file.nodata

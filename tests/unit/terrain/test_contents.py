@@ -29,6 +29,8 @@ def directions(heights, cell_m=30.0):
         (None, {"long_name": "terrain aspect"}, "aspect"),
         (None, {"DESCRIPTION": "shaded_relief"}, "shaded_relief"),
         ("NDVI", {}, "ndvi"),
+        ("Canopy height", {}, "canopy height"),
+        ("vertical error", {}, "error"),
     ],
 )
 def test_a_band_that_is_described_as_something_else_is_refused(write_tif, description, tags, word):
@@ -104,7 +106,7 @@ def test_bytes_without_a_unit_are_a_warning(write_tif):
 
 def test_directions_are_a_warning_and_land_is_not(write_tif):
     reason = "its numbers are directions of 0 to 360 degrees, as of slopes"
-    for name in names():
+    for name in names()[:2]:
         heights = load(name).elevation[::5, ::5]
         aspect = directions(heights)
         assert load(write_tif(aspect)).reading.warnings[:1] == warning(reason)
@@ -112,3 +114,29 @@ def test_directions_are_a_warning_and_land_is_not(write_tif):
         assert reason in load(write_tif(aspect, nodata=-9999)).reading.warnings[0]
         low = ((heights - heights.min()) * (360 / np.ptp(heights))).astype(np.float32)
         assert warning(reason)[0] not in load(write_tif(low)).reading.warnings
+
+
+def test_numbers_between_0_and_1_are_a_warning(write_tif):
+    shares = ((LAND - LAND.min()) / np.ptp(LAND)).astype(np.float32)
+    reason = "all its numbers are between 0 and 1, as shares or kilometres"
+    assert load(write_tif(shares)).reading.warnings == warning(reason)
+    assert load(write_tif(shares), stated=METRES).reading.warnings == ()
+    shares[:2] = -9999
+    assert load(write_tif(shares, nodata=-9999)).reading.warnings == warning(reason)
+    shares[:2] = 0.5
+    assert load(write_tif(2 * shares)).reading.warnings == ()
+
+
+def test_a_band_of_depths_or_above_the_ellipsoid_is_a_warning(write_tif):
+    for description, sign, end, stated in (
+        ("Depth (m)", 1, "so depths count as heights; change their sign in the file.", METRES),
+        ("Ellipsoidal height", 1, "(--heights sea-level|ellipsoidal).", METRES),
+        ("Depth (m)", -1, "", METRES),
+        ("Ellipsoidal height", 1, "", Stated(heights="sea-level")),
+    ):
+        file = write_tif(sign * LAND)
+        with rasterio.open(file, "r+") as made:
+            made.set_band_description(1, description)
+        said = [text for text in load(file, stated=stated).reading.warnings if "described" in text]
+        assert len(said) == bool(end)
+        assert all(text.endswith(end) for text in said)

@@ -89,15 +89,13 @@ def doubts(
 ) -> Iterator[Remark]:
     """Yield warnings of a raster that may hold something other than heights above the sea."""
     described = file.descriptions[0] or ""
-    known = numbers.compressed()
-    known = known[np.isfinite(known)]
     if stated.heights is None and _ELLIPSOID.search(described):
         yield Remark(
             Grade.WARNING,
             f"The band is described as {described[:80]!r}, and heights count from the sea; state "
             "from where they count (--heights sea-level|ellipsoidal).",
         )
-    if _DEPTHS.search(described) and known.size and np.median(known) > 0:
+    if _DEPTHS.search(described) and _are_above_0(numbers):
         yield Remark(
             Grade.WARNING,
             f"The band is described as {described[:80]!r}, and its numbers are above 0, so depths "
@@ -117,7 +115,7 @@ def doubts(
         yield _doubt("its numbers are bytes, as in a picture such as a hillshade")
     elif _are_directions(numbers.data):
         yield _doubt("its numbers are directions of 0 to 360 degrees, as of slopes")
-    elif _are_shares(known):
+    elif _are_shares(numbers):
         yield _doubt("all its numbers are between 0 and 1, as shares or kilometres")
 
 
@@ -136,11 +134,27 @@ def _other(text: str | None) -> str:
     return found.group().lower() if found else ""
 
 
-def _are_shares(numbers: NDArray[Any]) -> bool:
+def _known(numbers: np.ma.MaskedArray[Any, Any]) -> NDArray[Any]:
+    """Return the numbers that are no declared voids."""
+    plain = numbers.compressed()
+    known: NDArray[Any] = plain[np.isfinite(plain)]
+    return known
+
+
+def _are_above_0(numbers: np.ma.MaskedArray[Any, Any]) -> bool:
+    """Return whether most numbers are above 0."""
+    known = _known(numbers)
+    return bool(known.size and np.median(known) > 0)
+
+
+def _are_shares(numbers: np.ma.MaskedArray[Any, Any]) -> bool:
     """Return whether many different numbers lie between 0 and 1."""
-    if not numbers.size or numbers.min() < 0 or numbers.max() > 1:
+    if numbers.dtype.kind != "f":
         return False
-    return len(np.unique(numbers)) >= _MANY
+    known = _known(numbers)
+    if not known.size or known.min() < 0 or known.max() > 1:
+        return False
+    return len(np.unique(known)) >= _MANY
 
 
 def _are_directions(numbers: NDArray[Any]) -> bool:

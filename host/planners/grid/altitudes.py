@@ -25,9 +25,9 @@ Floats = NDArray[np.float64]
 
 # Clearance over the ground in metres, so that rounding puts no sample under it.
 _CLEARANCE_M = 1e-3
-# Margins to the limits of slope, as tangents: more than the solver's tolerance; and with the strict
-# rule, where limits allow, so much that the path also keeps them over a map in another projection,
-# whose lengths differ by up to 0.1 %.
+# Margins to the limits of slope, as tangents. The first exceeds the solver's tolerance. The second
+# holds with the strict rule where the limits allow it: the path then keeps them over a map in
+# another projection, too, whose lengths differ by up to 0.1 %.
 _TOLERANCE = 1e-6
 _SLOPE_MARGIN = 1e-4
 # Price of excess slope, in metres of altitude over the whole path.

@@ -134,7 +134,7 @@ def test_the_plans_of_six_maps_are_equally_good(same_land, planner, name, option
     ],
 )
 def test_plans_over_the_same_land(same_land, planner, name, options):
-    """A plan over each map has the same verdict, length, time and fuel over the five others."""
+    """A plan over each map has the same verdict, length, time and fuel over the five other maps."""
     land, terrains = same_land(name)
     for terrain in terrains.values():
         planned = plan_on(terrain, land, planner, options)

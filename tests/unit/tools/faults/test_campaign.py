@@ -148,7 +148,7 @@ def test_a_bug_chosen_without_the_simulator_is_noticed(bug, seed):
 
 
 #: Seeds of sessions on the Verilog that were once broken: by a late second refusal of a command, by
-#: one of BEST during a run, and by a run that went on after an interrupt.
+#: one of BEST during a run, and by a run that continued after an interrupt.
 ONCE_BROKEN = (4, 441, 147)
 
 

@@ -5,10 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 
-__all__ = ["LOITER", "WAYPOINT", "Fence", "FenceCircle", "FencePolygon", "FlightPlan", "Item"]
+__all__ = [
+    "CHANGE_SPEED",
+    "LOITER",
+    "WAYPOINT",
+    "Fence",
+    "FenceCircle",
+    "FencePolygon",
+    "FlightPlan",
+    "Item",
+]
 
-#: MAV_CMD_NAV_WAYPOINT and MAV_CMD_NAV_LOITER_UNLIM.
-WAYPOINT, LOITER = 16, 17
+#: MAV_CMD_NAV_WAYPOINT, MAV_CMD_NAV_LOITER_UNLIM and MAV_CMD_DO_CHANGE_SPEED.
+WAYPOINT, LOITER, CHANGE_SPEED = 16, 17, 178
 
 Position = tuple[float, float, float]
 

@@ -11,7 +11,14 @@ from pathgene.host.files.output import json_bytes, reading
 from pathgene.host.formats.areas import check_degrees
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Bad, Edges, Feature, Read, label
-from pathgene.host.formats.flight_plan import Fence, FenceCircle, FencePolygon, FlightPlan, Item
+from pathgene.host.formats.flight_plan import (
+    CHANGE_SPEED,
+    Fence,
+    FenceCircle,
+    FencePolygon,
+    FlightPlan,
+    Item,
+)
 from pathgene.host.formats.track import Track
 from pathgene.host.inputs import parse_json, read_text
 from pathgene.host.numeric import as_number, integer, numbers, rows
@@ -55,20 +62,7 @@ def plan_document(plan: FlightPlan) -> dict[str, Any]:
             "cruiseSpeed": plan.cruise_speed_m_s,
             "hoverSpeed": _HOVER_SPEED_M_S,
             "plannedHomePosition": list(plan.home),
-            "items": [
-                {
-                    "type": "SimpleItem",
-                    "doJumpId": number,
-                    "command": item.command,
-                    "frame": _FRAME_GLOBAL,
-                    "params": [*item.params, item.lat, item.lon, item.alt_m],
-                    "autoContinue": True,
-                    "AltitudeMode": _ALTITUDE_MODE,
-                    "Altitude": item.alt_m,
-                    "AMSLAltAboveTerrain": None,
-                }
-                for number, item in enumerate(plan.items, start=1)
-            ],
+            "items": [_simple(number, item) for number, item in enumerate(plan.items, start=1)],
         },
         "geoFence": {
             "version": 2,
@@ -93,6 +87,24 @@ def plan_document(plan: FlightPlan) -> dict[str, Any]:
         },
         "rallyPoints": {"version": 2, "points": [list(point) for point in plan.rally]},
         **_mark(plan),
+    }
+
+
+def _simple(number: int, item: Item) -> dict[str, Any]:
+    """Return an item; one that flies nowhere, such as a change of speed, has no altitude."""
+    height = {
+        "AltitudeMode": _ALTITUDE_MODE,
+        "Altitude": item.alt_m,
+        "AMSLAltAboveTerrain": None,
+    }
+    return {
+        "type": "SimpleItem",
+        "doJumpId": number,
+        "command": item.command,
+        "frame": _FRAME_GLOBAL,
+        "params": [*item.params, item.lat, item.lon, item.alt_m],
+        "autoContinue": True,
+        **(height if item.command != CHANGE_SPEED else {}),
     }
 
 

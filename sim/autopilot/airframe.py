@@ -77,17 +77,19 @@ class Airframe:
         drag_zero: float,
         lift_max: float,
         power_w: float,
+        cruise_m_s: float,
     ) -> Airframe:
-        """Return the airframe of figures that a planner has: a straight wing without camber.
+        """Return the airframe of figures that a planner has: a straight wing.
 
-        Oswald's factor is 0.85, the propeller's efficiency 0.75, and the maximum thrust half of the
-        weight.
+        Pitch is measured from its angle in level cruise, as an autopilot's trim sets it. Oswald's
+        factor is 0.85, the propeller's efficiency 0.75, and the maximum thrust half of the weight.
         """
         ratio = span_m**2 / wing_area_m2
+        pressure = 0.5 * _SEA_LEVEL_KG_M3 * cruise_m_s**2
         return cls(
             mass_kg=weight_n / GRAVITY_M_S2,
             wing_area_m2=wing_area_m2,
-            lift_zero=0.0,
+            lift_zero=min(weight_n / (pressure * wing_area_m2), 0.9 * lift_max),
             lift_slope=2 * math.pi * ratio / (ratio + 2),
             lift_max=lift_max,
             drag_zero=drag_zero,

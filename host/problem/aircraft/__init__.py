@@ -60,6 +60,9 @@ class Aircraft:
         Radius R of every arc.
     max_climb_deg, max_descent_deg : float
         Steepest slopes flown, both above 0 and at most 90.
+    height_lag_s : float
+        Delay of the autopilot's height in climbs; missions that it gets begin their climbs earlier
+        by this time. Not used by the evaluation.
     sources : dict of str to str
         Source of each value, by parameter name; ignored in comparisons. Other names are notes.
 
@@ -87,6 +90,7 @@ class Aircraft:
     max_speed_m_s: float | None = None
     size_m: float | None = None
     service_ceiling_m: float | None = None
+    height_lag_s: float = 3.0
     sources: dict[str, str] = field(default_factory=dict, compare=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -178,7 +182,7 @@ class Aircraft:
                 f"{where}: unknown UAV parameter {unknown[0]!r}; known are "
                 f"{', '.join(sorted(known))}."
             )
-        needed = {"name", *PARAMETERS} - {"oswald_efficiency", *_OPTIONAL}
+        needed = {"name", *PARAMETERS} - {"oswald_efficiency", "height_lag_s", *_OPTIONAL}
         missing = sorted(needed - set(table))
         if missing:
             raise InputError(

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from pathgene.host.errors import InputError
-from pathgene.host.formats.flight_plan import LOITER, WAYPOINT
+from pathgene.host.formats.flight_plan import CHANGE_SPEED, LOITER, WAYPOINT
 from pathgene.host.formats.plan import plan_document, read_plan
-from pathgene.host.mission.autopilot.route import leg_tolerance_m, route
 from pathgene.host.problem.zones import Circle
 from tests.support.host.earth import agree, single
 from tests.support.host.missions import flight_of
@@ -37,14 +36,8 @@ def documents(plans):
     return [json.loads(json.dumps(plan_document(plan))) for plan in plans]
 
 
-def route_of(problem, track):
-    rules = problem.rules
-    points = route(track, leg_tolerance_m(rules.corridor_m if rules else None))
-    return np.array([(point.x_m, point.y_m, point.z_m) for point in points])
-
-
-def test_every_number_is_where_the_format_has_it(missions, tracks, documents):
-    for (problem, _), track, document in zip(missions, tracks, documents, strict=True):
+def test_every_number_is_where_the_format_has_it(missions, plans, documents):
+    for (problem, _), plan, document in zip(missions, plans, documents, strict=True):
         assert (document["fileType"], document["version"]) == ("Plan", 1)
         mission, fence, rally = (document[key] for key in ("mission", "geoFence", "rallyPoints"))
         assert (mission["version"], fence["version"], rally["version"]) == (2, 2, 2)
@@ -53,11 +46,13 @@ def test_every_number_is_where_the_format_has_it(missions, tracks, documents):
         assert {item["type"] for item in items} == {"SimpleItem"}
         assert {item["frame"] for item in items} == {0}
         # QGroundControl's editor takes this for AMSL, in items and in items added to them.
-        assert {item["AltitudeMode"] for item in items} == {2}
+        flown = [item for item in items if item["command"] != CHANGE_SPEED]
+        assert {item["AltitudeMode"] for item in flown} == {2}
         assert mission["globalPlanAltitudeMode"] == 2
-        assert [item["command"] for item in items[:-1]] == [WAYPOINT] * (len(items) - 1)
-        assert items[-1]["command"] == LOITER
-        assert {item["Altitude"] == item["params"][6] for item in items} == {True}
+        assert {item["command"] for item in flown[:-1]} == {WAYPOINT}
+        assert flown[-1]["command"] == LOITER
+        assert {item["Altitude"] == item["params"][6] for item in flown} == {True}
+        assert not any("Altitude" in item for item in items if item not in flown)
         for piece in fence["circles"] + fence["polygons"]:
             assert (piece["version"], piece["inclusion"]) == (1, False)
         start, ground = problem.start, problem.terrain.ground(*problem.start[:2])
@@ -68,11 +63,16 @@ def test_every_number_is_where_the_format_has_it(missions, tracks, documents):
         assert place == home
         assert home_alt + height == pytest.approx(start[2])  # Stations read it as above home.
 
-        points = route_of(problem, track)
-        lat, lon, alt = np.array([item["params"][4:] for item in items[:-1]]).T
-        assert agree(problem.terrain, points, lat, lon)
-        assert np.array_equal(alt, points[:, 2])  # Exactly.
-        assert items[-1]["params"][4:] == items[-2]["params"][4:]
+        assert [item["params"] for item in items] == [
+            [*item.params, item.lat, item.lon, item.alt_m] for item in plan.items
+        ]
+        # Start and goal are waypoints, with their exact altitudes.
+        lat, lon, alt = np.array([item["params"][4:] for item in flown[:-1]]).T
+        for end in (problem.start, problem.goal):
+            assert any(
+                height == end[2] and agree(problem.terrain, np.array([end]), *np.array([place]).T)
+                for *place, height in zip(lat, lon, alt, strict=True)
+            )
         # ArduPilot refuses a loiter with null, which MAVLink carries as NaN.
         assert None not in items[-1]["params"]
 
@@ -90,8 +90,8 @@ def test_mavsdk_imports_the_same_mission_and_fence(documents):
                 assert item.x == pytest.approx(lat * 1e7, abs=0.51)
                 assert item.y == pytest.approx(lon * 1e7, abs=0.51)
                 assert item.z == single(alt)
-                assert [item.param1, item.param2, item.param3] == params[:3]
-                assert item.param4 == 0 if item.command == LOITER else math.isnan(item.param4)
+                assert [item.param1, item.param2, item.param3] == [single(p) for p in params[:3]]
+                assert math.isnan(item.param4) if item.command == WAYPOINT else item.param4 == 0
             corners = [
                 (corner, len(piece["polygon"]))
                 for piece in document["geoFence"]["polygons"]

@@ -72,6 +72,7 @@ def test_silver_fox_has_the_papers_values():
         "turn_radius_m": 150.0,
         "max_climb_deg": 10.0,
         "max_descent_deg": 30.0,
+        "height_lag_s": 3.0,
     }
 
 

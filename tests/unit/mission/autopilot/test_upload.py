@@ -40,9 +40,10 @@ def assert_has(items, plan):
         assert (item.command, item.frame, item.mission_type) == (wanted.command, 0, 0)
         assert (item.x, item.y) == (round(wanted.lat * 1e7), round(wanted.lon * 1e7))
         assert item.z == single(wanted.alt_m)
-        assert (item.param1, item.param2, item.param3) == wanted.params[:3]
-        # The loiter at the end has a number where ArduPilot requires one.
-        assert item.param4 == 0 if item is items[-1] else math.isnan(item.param4)
+        params = tuple(single(param) for param in wanted.params[:3])
+        assert (item.param1, item.param2, item.param3) == params
+        # Items other than waypoints have a number where ArduPilot requires one.
+        assert math.isnan(item.param4) if item.command == 16 else item.param4 == 0
 
 
 def test_mavsdk_takes_a_hundred_missions_with_their_fences(plans, autopilot):

@@ -75,13 +75,19 @@ def test_npfg_is_at_rest_on_its_path_in_wind():
 @pytest.mark.parametrize("bank_deg", [20.0, -40.0])
 def test_a_turn_has_the_radius_of_its_bank(bank_deg):
     plain = Airframe.of(
-        weight_n=113.0, wing_area_m2=0.768, span_m=2.4, drag_zero=0.025, lift_max=1.3, power_w=1850
+        weight_n=113.0,
+        wing_area_m2=0.768,
+        span_m=2.4,
+        drag_zero=0.025,
+        lift_max=1.3,
+        power_w=1850,
+        cruise_m_s=23.0,
     )
     flown = vehicle(plain, altitude_m=500.0, airspeed_m_s=23.0)
     height = flown.altitude_m
     headings = []
     for _ in range(300):
-        pitch = 0.12 + 0.02 * (height - flown.altitude_m) - 0.06 * flown.velocity[2]
+        pitch = 0.03 + 0.02 * (height - flown.altitude_m) - 0.06 * flown.velocity[2]
         flown.step(math.radians(bank_deg), pitch, 0.4)
         headings.append(math.atan2(*flown.velocity[:2]))
     rate = np.gradient(np.unwrap(headings), PERIOD_S)[-50:].mean()

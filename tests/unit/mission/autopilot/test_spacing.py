@@ -1,0 +1,70 @@
+"""Waypoints at least a second of flight apart."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from pathgene.host.formats.flight_plan import WAYPOINT
+from pathgene.host.formats.places import degrees
+from pathgene.host.mission.autopilot.route import RoutePoint
+from pathgene.host.mission.autopilot.spacing import accepted, spaced
+from pathgene.host.mission.autopilot.timing import timed
+from pathgene.sim.autopilot.places import Plane
+from tests.support.host.missions import flight_of, make_mission
+
+
+def points_of(*places):
+    return [RoutePoint(x, y, 100.0, 10) for x, y in places]
+
+
+def kept(points, apart_m=25.0):
+    return [each.point for each in spaced(timed(points, 23.0, (0.0, 0.0)), apart_m)]
+
+
+def test_a_waypoint_next_to_another_one_is_left_out():
+    points = points_of((0, 0), (500, 0), (501.5, 0.5), (1000, 400), (1500, 400))
+    assert [(p.x_m, p.y_m) for p in kept(points)] == [
+        (0, 0),
+        (501.5, 0.5),
+        (1000, 400),
+        (1500, 400),
+    ]
+
+
+def test_corners_of_an_arc_stay_and_its_tangent_points_go():
+    angles = np.radians([0, 10, 20, 30])
+    corners = [(1000 + 300 * math.sin(a), 300 - 300 * math.cos(a)) for a in angles]
+    middles = [tuple(np.mean(pair, axis=0)) for pair in pairwise(corners)]
+    points = points_of((0, 0), corners[0], middles[0], corners[1], middles[1], *corners[2:])
+    assert kept(points) == points_of((0, 0), *corners)
+
+
+def test_start_and_goal_stay():
+    points = points_of((0, 0), (5, 0), (10, 0))
+    assert kept(points) == points_of((0, 0), (10, 0))
+
+
+def test_acceptance_radii_are_ten_metres_or_more_where_neighbours_allow():
+    points = [RoutePoint(x, 0.0, 100.0, radius) for x, radius in ((0, 3), (40, 60), (400, 255))]
+    assert [point.acceptance_m for point in accepted(points)] == [10, 39, 255]
+
+
+@pytest.mark.parametrize(
+    "seeds", [range(60), pytest.param(range(60, 1060), marks=pytest.mark.long)], ids=["few", "many"]
+)
+def test_exported_waypoints_are_a_second_of_flight_apart(seeds):
+    for seed in seeds:
+        problem, path = make_mission(seed)
+        plan = flight_of(problem, path)
+        plane = Plane(plan.home[0], plan.home[1])
+        places = [plane.local(i.lat, i.lon) for i in plan.items if i.command == WAYPOINT]
+        x, y = np.array(problem.goal[:2])[:, None]
+        goal = plane.local(*degrees(problem.terrain, x, y)[0])
+        for number, (a, b) in enumerate(pairwise(places)):
+            leg = np.subtract(b, a)
+            gap = math.hypot(*leg)
+            wind = np.dot(leg, problem.wind) / gap if gap else 0.0
+            is_end = number == 0 or min(math.dist(a, goal), math.dist(b, goal)) < 1.0
+            assert gap >= 0.97 * (problem.aircraft.cruise_speed_m_s + wind) or is_end, seed

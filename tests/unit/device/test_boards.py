@@ -13,7 +13,7 @@ import pytest
 
 from pathgene.hdl.config import Config, GeneticCore, SurvivorSelection
 from pathgene.host.device import boards
-from pathgene.host.device.boards import entered, known_config, open_board, url_of
+from pathgene.host.device.boards import entered, known_config, open_board, require_chip, url_of
 from pathgene.host.device.link import LinkError, LinkTimeoutError
 from pathgene.host.device.schemes import split_config
 from pathgene.host.device.serial_port import SerialScheme
@@ -357,3 +357,40 @@ def test_another_core_is_built_beside_an_open_simulated_board():
     with open_board("model:?core=paper") as named:
         with entered(named, core=GeneticCore.PLANNER) as same:
             assert same is named
+
+
+@pytest.mark.parametrize(
+    ("built", "core", "sentence"),
+    [
+        (
+            {"core": GeneticCore.NONE}, GeneticCore.PAPER,
+            "This board has no genetic core, it only checks paths; use another board, or the "
+            "planner ga-pc.",
+        ),
+        (
+            {}, GeneticCore.PLANNER,
+            "This board has no planner core, so it does not plan by itself; use another board, or "
+            "the planner ga-fpga.",
+        ),
+        (
+            {"core": GeneticCore.PLANNER}, GeneticCore.PAPER,
+            "This board has the planner core, which breeds without the host; use another board, or "
+            "the planner ga-chip.",
+        ),
+        (
+            {"population": 8, "children": 4, "survivors": 2, "inserts": 1, "deletes": 1},
+            GeneticCore.PAPER,
+            "The population of this board is 8, not 32; leave the population out (--population) "
+            "or use another board.",
+        ),
+    ],
+)  # fmt: skip
+def test_a_planner_refuses_a_chip_of_another_kind(built, core, sentence):
+    config = dataclasses.replace(Config(), **built)
+    with pytest.raises(InputError, match=f"^{re.escape(sentence)}$"):
+        require_chip(config, core, 32)
+
+
+def test_a_planner_takes_a_chip_with_its_core():
+    require_chip(Config(), GeneticCore.PAPER, 32)
+    require_chip(Config(core=GeneticCore.PLANNER), GeneticCore.PLANNER, None)

@@ -1,5 +1,6 @@
 """The host's end of the line: sessions, and commands executed once and in order."""
 
+import dataclasses
 import re
 
 import pytest
@@ -28,6 +29,15 @@ def test_opens_the_chips_next_session():
     assert clock() < 0.001
     assert link.traffic.frames_to_board == link.traffic.frames_from_board == 2
     assert link.traffic.frames_repeated == 0
+
+
+def test_traffic_since_an_earlier_state():
+    link, _, _ = connect()
+    before = dataclasses.replace(link.traffic)
+    link.request(Command.WRITE, b"12345")
+    since = link.traffic.since(before)
+    assert (since.frames_to_board, since.frames_from_board, since.exchanges) == (1, 1, 1)
+    assert since.bytes_to_board == link.traffic.bytes_to_board - before.bytes_to_board > 5
 
 
 def test_sessions_wrap_past_that_of_a_reset_chip():

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pathgene.hdl.config import CheckerBuild, Config, SurvivorSelection
 from pathgene.hdl.protocol import codec, messages
 from pathgene.hdl.protocol.codes import LinkMode
-from pathgene.hdl.protocol.layout import Layout
+from pathgene.hdl.protocol.layout import Field, Layout
 from pathgene.hdl.protocol.paths import (
     PathResult,
     pack_cells,
@@ -33,6 +33,11 @@ CONFIGS = [
         if build is not CheckerBuild.NONE
     ),
 ]
+
+
+def test_the_base_of_a_numbered_field_is_its_name():
+    names = ("slot_0", "slot_12", "seed", "x_axis")
+    assert [Field(name, 1, "", "").base for name in names] == ["slot", "slot", "seed", "x_axis"]
 
 
 def test_layout_packs_from_the_lowest_bit():

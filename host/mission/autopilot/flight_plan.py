@@ -23,6 +23,7 @@ from pathgene.host.formats.places import check_place, degrees
 from pathgene.host.formats.shapes import Ring, wound
 from pathgene.host.mission.autopilot.airspeed import with_speeds
 from pathgene.host.mission.autopilot.climbs import led
+from pathgene.host.mission.autopilot.fence_room import fence_notes
 from pathgene.host.mission.autopilot.loiter import Loiter, loiter
 from pathgene.host.mission.autopilot.route import RoutePoint, leg_tolerance_m, route
 from pathgene.host.mission.autopilot.spacing import accepted, spaced
@@ -150,7 +151,12 @@ def flight_plan(
         fence,
         ((start.lat, start.lon, start.alt_m - ground_m),),
         aircraft.cruise_speed_m_s,
-        (*left_out, *_loiter_notes(problem, end), *([_THIN] if is_thin else [])),
+        (
+            *left_out,
+            *fence_notes(fence),
+            *_loiter_notes(problem, end),
+            *([_THIN] if is_thin else []),
+        ),
         feasible,
         "" if datum.startswith("AMSL") else datum,
     )

@@ -15,6 +15,7 @@ import numpy as np
 
 from pathgene.host.errors import JobError
 from pathgene.host.formats.flight_plan import WAYPOINT, FenceCircle, FlightPlan, Item
+from pathgene.host.mission.autopilot.fence_room import no_room
 from pathgene.host.mission.autopilot.mavlink_link import Link
 from pathgene.host.mission.autopilot.mission_lists import (
     ARDUPILOT,
@@ -90,10 +91,14 @@ def upload(plan: FlightPlan, link: Link, *, autopilot: int | None = None) -> Upl
     Raises
     ------
     JobError
-        If the autopilot refuses an item, falls silent, or returns a different list, or if the
-        upload is interrupted. The sentence says which mission and fence the autopilot holds.
+        If the autopilot has no room for the fence, refuses an item, falls silent, or returns a
+        different list, or if the upload is interrupted. The sentence says which mission and fence
+        the autopilot holds.
     """
     kind = link.autopilot if autopilot is None else autopilot
+    too_large = no_room(plan.fence, kind)
+    if too_large is not None:
+        raise JobError(f"{too_large.removesuffix('.')}; nothing is uploaded.")
     lists = {FENCE: _fence(plan, kind), MISSION: _mission(plan, kind)}
     earlier = {mission_type: _earlier(link, mission_type) for mission_type in lists}
     begun: list[int] = []

@@ -309,15 +309,15 @@ class Replacement(DiskSession):
         return True
 
     def _foreign(self, folder: Path, found: Files) -> list[str]:
-        """Return the names of files that are not of the summary's run, else of hidden ones."""
+        """Return the names of files that are not of the summary's run, and of its hidden ones."""
         run = next(run for run in self._right if run[_SUMMARY] == found[_SUMMARY])
-        if foreign := [name for name, content in found.items() if run.get(name) != content]:
-            return foreign
+        foreign = [name for name, content in found.items() if run.get(name) != content]
         missing = [name for name in run if name not in found]
         present = [file.read_bytes() for file in folder.iterdir()]
-        if not missing or any(run[name] not in present for name in missing):
+        hidden = [name for name in missing if run[name] in present]
+        if not foreign and (not hidden or len(hidden) < len(missing)):
             raise DifferentError("a file of the run is missing")
-        return missing
+        return foreign + hidden
 
     @functools.cached_property
     def _results(self) -> tuple[Evaluator, list[Any]]:

@@ -28,6 +28,7 @@ from pathgene.host.files.disk import current
 from pathgene.sim.model.chip import Chip
 from tools.faults.blind import BLIND
 from tools.faults.edits import edited
+from tools.faults.later import LATER
 
 
 #: The place of a session in the reply to INFO is the same for all chips.
@@ -333,7 +334,7 @@ PLANTED: dict[str, Callable[[], Patch]] = {
         _given_up_at_the_first_silence,
         _last_session_resumed,
     )
-} | {name: functools.partial(edited, edit) for name, edit in BLIND.items()}
+} | {name: functools.partial(edited, edit) for name, edit in (BLIND | LATER).items()}
 
 
 def planted(name: str) -> Patch:

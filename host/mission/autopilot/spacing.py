@@ -15,9 +15,9 @@ __all__ = ["accepted", "spaced"]
 
 # Acceptance radius below which a real autopilot may miss a waypoint.
 _LEAST_ACCEPTANCE_M = 10
-# A waypoint whose removal moves the legs sideways by less than this, metres, is left out: the
-# tangent points of an arc between its corners. Their heights are kept where they matter.
-_NO_CHANGE_M = 0.05
+# A waypoint whose removal moves the legs sideways and up or down by less than this, metres, is left
+# out, such as the tangent points of an arc between its corners.
+_NO_CHANGE_M, _NO_RISE_M = 0.05, 1.0
 
 
 def spaced(points: Sequence[Timed], apart_m: float) -> list[Timed]:
@@ -34,7 +34,7 @@ def spaced(points: Sequence[Timed], apart_m: float) -> list[Timed]:
     kept = list(points)
     number = 1
     while number < len(kept) - 1:
-        if _moved_m(kept, number) < _NO_CHANGE_M:
+        if _changes_nothing(points, kept, number):
             kept.pop(number)
         else:
             number += 1
@@ -66,6 +66,24 @@ def _moved_m(points: Sequence[Timed], number: int) -> float:
     square = east**2 + north**2
     share = min(max((dx * east + dy * north) / square, 0.0), 1.0) if square else 0.0
     return math.hypot(dx - share * east, dy - share * north)
+
+
+def _changes_nothing(points: Sequence[Timed], kept: Sequence[Timed], number: int) -> bool:
+    """Return whether the legs stay in place, and at the heights of all points, without one."""
+    before, after = kept[number - 1], kept[number + 1]
+    if _moved_m(kept, number) >= _NO_CHANGE_M:
+        return False
+    return all(
+        abs(each.point.z_m - _height_m(before, after, each.t_s)) < _NO_RISE_M
+        for each in points
+        if before.t_s < each.t_s < after.t_s
+    )
+
+
+def _height_m(before: Timed, after: Timed, t_s: float) -> float:
+    """Return the height of a leg at an instant."""
+    share = (t_s - before.t_s) / (after.t_s - before.t_s) if after.t_s > before.t_s else 1.0
+    return before.point.z_m + share * (after.point.z_m - before.point.z_m)
 
 
 def _gap_m(points: Sequence[Timed], number: int) -> float:

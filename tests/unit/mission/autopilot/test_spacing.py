@@ -1,6 +1,7 @@
 """Waypoints at least a second of flight apart."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -21,6 +22,26 @@ def points_of(*places):
 
 def kept(points, apart_m=25.0):
     return [each.point for each in spaced(timed(points, 23.0, (0.0, 0.0)), apart_m)]
+
+
+def test_a_dip_between_places_on_a_line_is_kept():
+    """Flown at the height of its ends, the path could meet a zone or a ceiling over the dip."""
+    heights = (95.0, 40.0, 30.0, 30.2, 30.0, 45.0, 95.0)
+    points = [RoutePoint(500.0 * n, 0.0, z, 10) for n, z in enumerate(heights)]
+    left = kept(points)
+    assert [point.z_m for point in left] == [95.0, 40.0, 30.0, 30.0, 45.0, 95.0]
+    slow = [replace(point, z_m=100.0 - 0.9 * (n % 2)) for n, point in enumerate(points)]
+    assert len(kept(slow)) == 2
+
+
+def test_many_small_changes_of_height_do_not_add_up():
+    """The sag of a shallow curve is more than each of its points changes."""
+    points = [RoutePoint(100.0 * n, 0.0, 0.02 * (n - 30) ** 2, 10) for n in range(61)]
+    left = kept(points)
+    x, z = np.array([(point.x_m, point.z_m) for point in left]).T
+    planned = np.array([point.z_m for point in points])
+    assert abs(np.interp([point.x_m for point in points], x, z) - planned).max() < 1.0
+    assert len(left) < 30
 
 
 def test_a_waypoint_next_to_another_one_is_left_out():

@@ -51,6 +51,8 @@ _OWN_KINDS = {
 _NUMBERS = ("radius_m", "t0", "t1")
 _NAMES = ("name", "Name", "NAME", "title")
 _READ = (*_NUMBERS, "lower", "upper", *_NAMES, "kind")
+# Properties that make a line a corridor; stroke-width and the like are of its drawing.
+_WIDTHS = re.compile(r"buffer|radius|width(?![a-z])|corridor", re.IGNORECASE)
 
 
 def write(track: Track) -> bytes:
@@ -333,6 +335,10 @@ def _left_out(tag: str, kind: str, properties: dict[str, Any]) -> LeftOut | Bad:
         return Bad(tag, f'the radius of a circle is the property "radius_m", not {sized!r}.')
     if kind.startswith("closed"):
         return Bad(tag, f"a {kind} is not an area; save it as a polygon.")
+    wide = next((key for key in properties if _WIDTHS.match(key)), None)
+    if wide is not None:
+        reason = f"a {kind} is not an area, also with {wide!r}; draw its corridor as a polygon"
+        return LeftOut(tag, reason, True)
     return LeftOut(tag, f"a {kind} is not an area")
 
 

@@ -246,6 +246,16 @@ def test_a_part_that_may_forbid_flight_is_bad(geometry, properties, reason):
     assert part.reason.startswith(reason)
 
 
+@pytest.mark.parametrize("key", ["buffer", "buffer_m", "radius", "Width_NM", "corridorWidth"])
+def test_a_corridor_is_a_warning(key):
+    line = {"type": "LineString", "coordinates": RING[:3]}
+    (part,) = reads(document({"stroke-width": 2, key: 300}, line))
+    reason = f"a LineString is not an area, also with {key!r}; draw its corridor as a polygon"
+    assert part == LeftOut("feature 1", reason, True)
+    (part,) = reads(document({"stroke-width": 2, "widthUnits": 1}, line))
+    assert not part.is_suspicious
+
+
 def test_open_lines_and_plain_points_are_left_out():
     for kind, places in (
         ("MultiLineString", SIDES[:2]),

@@ -166,6 +166,7 @@ FORBIDDEN = {
     "re-exports the host": ("pathgene/__init__.py", "import pathgene.sim.cache"),
     "imports the gateware alone": ("sim/model/core.py", "import pathgene.host.errors"),
     "The simulation's layers": ("sim/cache.py", "import pathgene.sim.compiler"),
+    "shares no code with the host": ("sim/autopilot/airframe.py", "import pathgene.host.numeric"),
     "Errors are a leaf": ("host/errors.py", "import pathgene.hdl.config"),
     "imports in a circle": ("host/report/style.py", "import pathgene.host.report.write"),
 }

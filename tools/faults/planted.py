@@ -270,7 +270,7 @@ def _obsolete_files_left() -> Patch:
 
 def _hidden_files_left() -> Patch:
     """The hidden files of a killed process stay."""
-    return mock.patch.object(replacement, "_clear", return_value=None)
+    return mock.patch.object(replacement, "_left", return_value={})
 
 
 def _stored_runs_not_read() -> Patch:

@@ -131,7 +131,10 @@ def line_s(count: int) -> float:
 
 @dataclass(frozen=True)
 class Look:
-    """Seconds on the line of a BEST sent during a run, and of its refusal."""
+    """Seconds on the line of a BEST sent during a run, and of its refusal and a STATUS.
+
+    The link sends STATUS after each refusal, to use the number of the command up.
+    """
 
     asked_s: float
     told_s: float
@@ -189,7 +192,7 @@ def chip_time(hardware: Mapping[str, Any], runs: int | None = None) -> ChipTime:
         waits = done["waits"]
         whole_s += status_s + max(0.0, drawing_s - line_s(waits["after_zones"]))
         answer_s = line_s(waits["answer"])
-        look = Look(line_s(waits["request"]), answer_s)
+        look = Look(line_s(waits["request"]), answer_s + line_s(waits["status"]))
         # The first poll waits for the answer to RUN.
         over_s = look.until_over(done["cycles"] / clock_hz, done["limit"] / clock_hz, answer_s)
         whole_s += line_s(waits["commands"]) + over_s + line_s(waits["paths"])

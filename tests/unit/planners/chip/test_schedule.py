@@ -92,7 +92,7 @@ def test_a_plan_takes_drawing_runs_looks_and_bytes():
     run = {"cycles": 100_000, "limit": 200_000, "waits": waits}
     hardware = {"clock_hz": 100_000_000, "drawing_cycles": 21_000, "runs": [run, run]}
     byte_s = 10 / BAUD
-    look = Look(8 * byte_s, 9 * byte_s)
+    look = Look(8 * byte_s, 59 * byte_s)  # A STATUS follows the refusal.
     each = 250 * byte_s + look.until_over(1e-3, 2e-3, 9 * byte_s)
     time = chip_time(hardware)
     # Zones are drawn while later commands come, and STATUS follows the paths.

@@ -241,6 +241,8 @@ class Replacement(DiskSession):
         # The files of each attempt's run, and the files found after the last attempt.
         self._right: list[Files] = []
         self._before: Files = {}
+        # The disk has refused to restore files since the last whole run: some may be hidden.
+        self._was_kept = False
 
     def learn(self) -> None:
         """Note the bytes of each run's files."""
@@ -253,7 +255,7 @@ class Replacement(DiskSession):
         """Write an older run."""
         for name, content in self._right[0].items():
             (folder / name).write_bytes(content)
-        self._before = self._right[0]
+        self._before, self._was_kept = self._right[0], False
 
     def attempt(self, folder: Path, number: int, death: int | None) -> None:
         """Write the files of a run; files of additional formats differ from run to run."""
@@ -270,6 +272,7 @@ class Replacement(DiskSession):
         """Check that the folder has the files of a single run, or that the product refuses it."""
         found, before, right = _visible(folder), self._before, self._right[ending.number]
         self._before = found
+        self._was_kept = ending.is_kept or (self._was_kept and not ending.is_whole)
         if ending.is_kept:
             present = [file.read_bytes() for file in folder.iterdir()]
             if lost := [name for name, content in before.items() if content not in present]:
@@ -315,7 +318,7 @@ class Replacement(DiskSession):
         missing = [name for name in run if name not in found]
         present = [file.read_bytes() for file in folder.iterdir()]
         hidden = [name for name in missing if run[name] in present]
-        if not foreign and (not hidden or len(hidden) < len(missing)):
+        if not foreign and (not hidden or len(hidden) < len(missing) or not self._was_kept):
             raise DifferentError("a file of the run is missing")
         return foreign + hidden
 

@@ -89,7 +89,7 @@ class Outcome:
 
     @property
     def kept(self) -> bool:
-        """Whether the mission was accepted, and its flight kept everything."""
+        """The mission was accepted, and its flight kept everything."""
         is_high = min(self.share, self.end_share) >= SHARE
         is_straight = self.beside_m <= BESIDE_M and not self.circles
         return self.arrived and is_high and is_straight and not self.zones

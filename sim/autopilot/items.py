@@ -139,7 +139,7 @@ class Item:
 
     @property
     def navigates(self) -> bool:
-        """Whether the mission waits until this item is done."""
+        """True if the mission waits until this item is done."""
         return self.command in NAVIGATES
 
 

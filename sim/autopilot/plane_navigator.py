@@ -147,7 +147,7 @@ class PlaneNavigator:
 
     @property
     def is_on_circle(self) -> bool:
-        """Whether the aircraft flies the circle of a loiter."""
+        """True while the aircraft flies the circle of a loiter."""
         return self.law.is_on_circle
 
     def _slope(self, start: Target, air: Air) -> float:

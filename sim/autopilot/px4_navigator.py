@@ -108,7 +108,7 @@ class Px4Navigator:
 
     @property
     def is_on_circle(self) -> bool:
-        """Whether the aircraft flies the circle of a loiter."""
+        """True while the aircraft flies the circle of a loiter."""
         return self._is_near
 
     def _straight_to(self, place: Vector, air: Air) -> float:

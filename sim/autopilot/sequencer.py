@@ -56,7 +56,7 @@ class Navigator(Protocol):
 
     @property
     def is_on_circle(self) -> bool:
-        """Whether the aircraft flies the circle of a loiter."""
+        """True while the aircraft flies the circle of a loiter."""
 
 
 @dataclass
@@ -149,7 +149,7 @@ class Sequencer:
 
     @property
     def is_running(self) -> bool:
-        """Whether an item is under way."""
+        """True while an item is under way."""
         return self._now is not None
 
     def start(self, air: Air, now_s: float, index: int | None = None) -> None:

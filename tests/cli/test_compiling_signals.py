@@ -27,7 +27,7 @@ def test_a_signal_ends_it(hills, tmp_path, number, wait_s):
         try:
             error = process.communicate(timeout=60)[1]
         except subprocess.TimeoutExpired:
-            pytest.fail("the command goes on")
+            pytest.fail("the command continues")
         took_s = time.monotonic() - begun_s
     assert process.returncode == 128 + number
     assert error == "pathgene: Interrupted before the end.\n"

@@ -13,7 +13,7 @@ LATER = {
         ("        assert options is not None\n        if repeated:\n"),
         (
             "        assert options is not None\n"
-            "        if repeated and self._run is not None:  # It goes on.\n"
+            "        if repeated and self._run is not None:  # It continues.\n"
         ),
     ),
     "chip: every new session accepted": Edit(

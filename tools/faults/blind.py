@@ -244,8 +244,16 @@ BLIND = {
     ),
     "run counted only after its answer": Edit(
         "pathgene.host.device.runs",
-        ("        self.started += 1\n        self._orders.give([(Command.RUN, payload)])\n"),
-        ("        self._orders.give([(Command.RUN, payload)])\n        self.started += 1\n"),
+        (
+            "        self.started += 1\n"
+            "        self.may_continue = True\n"
+            "        self._orders.give([(Command.RUN, payload)])\n"
+        ),
+        (
+            "        self.may_continue = True\n"
+            "        self._orders.give([(Command.RUN, payload)])\n"
+            "        self.started += 1\n"
+        ),
     ),
     "earlier run not ended by reopen": Edit(
         "pathgene.host.device.chip",

@@ -24,8 +24,27 @@ _SESSIONS_BEFORE = (0, 0, 0, 1, 254, 255)
 _OPENING_BYTES = {Way.TO_BOARD: 32, Way.FROM_BOARD: 64}
 #: Faults at a place drawn from the whole session.
 _ANYWHERE = tuple(
-    fault for fault in LineFault if fault not in (LineFault.HOLD_FRAME, LineFault.LOSE_LONG)
+    fault
+    for fault in LineFault
+    if fault not in (LineFault.HOLD_FRAME, LineFault.LOSE_LONG, LineFault.GAP, LineFault.BABBLE)
 )
+#: Faults at a chosen command or at its answer, and faults within some bytes after it.
+_AT_COMMANDS = (
+    LineFault.GAP,
+    LineFault.GAP,
+    LineFault.GAP,
+    LineFault.GAP,
+    LineFault.STALL,
+    LineFault.LOSE_FRAME,
+    LineFault.REPEAT_FRAME,
+    LineFault.DELAY_FRAME,
+    LineFault.HOLD_FRAME,
+    LineFault.RESET,
+)
+_SOON_AFTER = (LineFault.LOSE_FRAME, LineFault.FLIP, LineFault.REPEAT_FRAME, LineFault.DELAY_FRAME)
+_SOON_BYTES = 200
+#: Bytes of a short stretch with many faults.
+_STRETCH_BYTES = 2_000
 
 
 @dataclass(frozen=True)
@@ -38,6 +57,8 @@ class Extent:
     lines: int
     #: First bytes, to the board, of the commands whose number is 0 again.
     firsts: tuple[int, ...] = ()
+    #: By the kind of the command, the first bytes of all such commands and of their answers.
+    commands: tuple[tuple[tuple[int, int], ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -163,15 +184,17 @@ def draw(seed: int, session: str, extent_of: Callable[[int], Extent | DiskExtent
         signal_at=signal_at,
         resumes=rng.random() < 0.5,
     )
-    return _with_rare_fault(random.Random(f"{seed} rare"), case, extent)
+    case = _with_rare_fault(random.Random(f"{seed} rare"), case, extent)
+    return _at_a_command(random.Random(f"{seed} command"), case, extent)
 
 
 def _with_rare_fault(rng: random.Random, case: Case, extent: Extent) -> Case:
     """Give some cases one more fault, which a random place would hardly ever be the right one for.
 
     One in 16 has a fault while the session is opened, one in 32 of the cases of a paper core a line
-    that loses long answers, and one in 32 a reset where the numbers of the commands begin again, in
-    the session after 255.
+    that loses long answers, one in 32 a reset where the numbers of the commands begin again, in
+    the session after 255, one in 32 a stretch with many faults, and one in 32 a board that repeats
+    its latest frame again and again.
     """
     kind = rng.randrange(32)
     if kind < 2:
@@ -188,7 +211,45 @@ def _with_rare_fault(rng: random.Random, case: Case, extent: Extent) -> Case:
             rng.choice(extent.firsts), Way.TO_BOARD, LineFault.RESET, rng.randrange(2_000)
         )
         return dataclasses.replace(case, sessions_before=255, line=(event,), signal_at=None)
+    if kind == 4:
+        return dataclasses.replace(case, line=tuple(sorted(_stretch(rng, extent))), signal_at=None)
+    if kind == 5:
+        at = rng.randrange(extent.bytes[Way.FROM_BOARD])
+        event = LineEvent(at, Way.FROM_BOARD, LineFault.BABBLE, rng.choice((5, 50, 200)))
+        return dataclasses.replace(case, line=(event,), jumps=(), signal_at=None)
     return case
+
+
+def _stretch(rng: random.Random, extent: Extent) -> Iterator[LineEvent]:
+    """Yield the faults of a stretch in which hardly any frame arrives."""
+    rate = 10 ** rng.uniform(-2, -1)
+    for way in Way:
+        first = at = rng.randrange(extent.bytes[way])
+        while (at := at + 1 + int(rng.expovariate(rate))) < first + _STRETCH_BYTES:
+            yield LineEvent(at, way, LineFault.FLIP, rng.randrange(8))
+
+
+def _at_a_command(rng: random.Random, case: Case, extent: Extent) -> Case:
+    """Give half of the cases a fault at a command whose kind is drawn first.
+
+    A command that a session sends once is chosen as often as one that it sends a thousand times. In
+    half of these cases another fault follows soon. After an error, the work continues.
+    """
+    if not extent.commands or rng.random() < 0.5:
+        return case
+    way = rng.choice(list(Way))
+    places = dict(zip(Way, rng.choice(rng.choice(extent.commands)), strict=True))
+    line = [_event(rng, places[way] + rng.randrange(4), way, rng.choice(_AT_COMMANDS))]
+    if rng.random() < 0.5:
+        at = places[Way.TO_BOARD] + rng.randrange(_SOON_BYTES)
+        line.append(_event(rng, at, Way.TO_BOARD, rng.choice(_SOON_AFTER)))
+    return dataclasses.replace(
+        case,
+        line=tuple(sorted(line)),
+        jumps=(),
+        signal_at=None,
+        resumes=True,
+    )
 
 
 def _disk_case(rng: random.Random, seed: int, session: str, extent: DiskExtent) -> Case:
@@ -252,6 +313,8 @@ def _event(rng: random.Random, at: int, way: Way, fault: LineFault) -> LineEvent
     value = rng.randrange(256)
     if fault in (LineFault.STALL, LineFault.FULL):
         value = rng.choice((1, 20, 300, 3_000, 60_000))
+    if fault is LineFault.GAP:
+        value = rng.choice((300, 1_500, 1_500, 60_000, 60_000))
     if fault is LineFault.RESET:
         value = rng.randrange(2_000)
     if fault is LineFault.NOISE:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 from pathgene.host.files.disk import Disk
-from tools.faults.platter import Platter
+from tools.faults.platter import TEARS_LAST, Platter
 
 
 if TYPE_CHECKING:
@@ -36,8 +36,9 @@ class FaultyDisk(Disk):
 
     Each method of :class:`pathgene.host.files.disk.Disk` is a call, and so is each write that a
     file passes on to the system. A write that fails is torn: part of its data, drawn from the seed,
-    reaches the disk. As in the kernel, a partial write is not an error; the call after it fails. A
-    sync does not wait for the real disk, but the ``platter`` notes it.
+    reaches the disk; for some seeds, all but the last byte. As in the kernel, a partial write is
+    not an error; the call after it fails. A sync does not wait for the real disk, but the
+    ``platter`` notes it.
 
     Parameters
     ----------
@@ -84,6 +85,7 @@ class FaultyDisk(Disk):
         self._at, self._error, self._lasting, self._kill = at, error, lasting, kill
         self._calls = calls
         self._random = random.Random(seed)
+        self._tears_last = random.Random(f"{seed} torn").random() < TEARS_LAST
         self._owed = False
         self.failed = self.slowed = False
 
@@ -154,7 +156,9 @@ class FaultyDisk(Disk):
         is_slow = self._error == SLOW and not self._kill
         if not (self.failed or self._owed or is_slow) and self._is_due(needs_space=True):
             share = self._random.randrange(size) if size else 0
-            if share:
+            if self._tears_last:
+                share = size - 1
+            if share > 0:
                 self._owed = True  # The next call fails.
                 self.calls.append(f"write {path.name}")
                 return share

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -46,6 +47,10 @@ class LineFault(StrEnum):
     LOSE_LONG = "lose long frames"
     #: Nothing arrives for ``value`` milliseconds.
     STALL = "stall"
+    #: All frames of both directions that end within ``value`` milliseconds are lost.
+    GAP = "gap"
+    #: From now on, the board's latest frame arrives every ``value`` milliseconds, and no other.
+    BABBLE = "babble"
     #: The port is lost permanently.
     CUT = "cut"
     #: The port does not accept bytes for ``value`` milliseconds.
@@ -57,6 +62,8 @@ class LineFault(StrEnum):
 
 
 _DELIMITER = bytes([DELIMITER])
+#: Patience with bytes that bring no new answer, as a multiple of the patience with silence.
+_FRUITLESS = 8
 
 _OF_FRAMES = (
     LineFault.LOSE_FRAME,
@@ -258,7 +265,7 @@ class FaultyLine:
     Raises
     ------
     HangError
-        From :meth:`read`, after too long a silence.
+        From :meth:`read`, after too long a silence, or too long without a new answer.
     OSError
         From all methods, once the port is lost; from :meth:`write` after ``write_timeout``.
     """
@@ -283,9 +290,12 @@ class FaultyLine:
         self._ways = {way: _OneWay([e for e in events if e.way is way]) for way in Way}
         # Frames in flight, each with its time of arrival.
         self._flying: dict[Way, deque[tuple[float, Frame]]] = {way: deque() for way in Way}
-        self._stalled_until_s = 0.0
+        self._stalled_until_s = self._gap_until_s = 0.0
+        # Seconds between two repetitions of the latest frame, if there are any, and the next one.
+        self._babble_s, self._babbles_at_s = 0.0, math.inf
+        self._latest = Frame(b"")
         self._received = bytearray()
-        self._silent_s = 0.0
+        self._silent_s = self._fruitless_s = 0.0
         self._is_cut = False
 
     @property
@@ -310,7 +320,8 @@ class FaultyLine:
         self._check()
         if self.timeout is None:
             raise HangError("a read without a timeout")
-        deadline_s = self.clock.now_s + self.timeout
+        begun_s, answers = self.clock.now_s, self.watch.answers
+        deadline_s = begun_s + self.timeout
         self._arrive()
         while not self._received and self.clock.now_s < deadline_s:
             self._pass_time(deadline_s)
@@ -319,6 +330,11 @@ class FaultyLine:
         del self._received[:size]
         self.clock.now_s += self.BYTE_S * len(part)
         self.watch.receive(part, self.clock.now_s)
+        self._fruitless_s += self.clock.now_s - begun_s
+        if self.watch.answers > answers:
+            self._fruitless_s = 0.0
+        if self._fruitless_s > _FRUITLESS * self._patience_s:
+            raise HangError(f"no end after {self._fruitless_s:.3g} s without a new answer")
         if part:
             self._silent_s = 0.0
         else:
@@ -330,7 +346,7 @@ class FaultyLine:
     def write(self, data: bytes, /) -> int:
         """Send ``data``."""
         self._check()
-        self.watch.send(bytes(data), self._ways[Way.TO_BOARD].sent)
+        self.watch.send(bytes(data), *self.sent.values())
         self._send(Way.TO_BOARD, bytes(data))
         self._check()
         self._arrive()
@@ -348,7 +364,9 @@ class FaultyLine:
             frames = [(self.clock.now_s, frame) for _, frame in queue]
             queue.clear()
             queue += frames
-        self._stalled_until_s = self._silent_s = 0.0
+        self._stalled_until_s = self._gap_until_s = 0.0
+        self._silent_s = self._fruitless_s = 0.0
+        self._babbles_at_s = math.inf
 
     def close(self) -> None:
         """Close the port."""
@@ -369,6 +387,8 @@ class FaultyLine:
                 frames, others = one_way.send(data[0])
             data = data[size:]
             self._happen(way, others)
+            if self.clock.now_s < self._gap_until_s:
+                continue
             # In order, even after frames that a stall holds back.
             at_s = max(self._stalled_until_s, self.clock.now_s)
             self._flying[way] += ((at_s, frame) for frame in frames)
@@ -382,6 +402,11 @@ class FaultyLine:
                 self._stalled_until_s = max(
                     self._stalled_until_s, self.clock.now_s + event.value / 1000
                 )
+            elif event.fault is LineFault.GAP:
+                self._gap_until_s = max(self._gap_until_s, self.clock.now_s + event.value / 1000)
+            elif event.fault is LineFault.BABBLE:
+                self._babble_s = event.value / 1000
+                self._babbles_at_s = self.clock.now_s + self._babble_s
             elif event.fault is LineFault.FULL and way is Way.TO_BOARD:
                 self._fill(event.value / 1000)
 
@@ -403,12 +428,19 @@ class FaultyLine:
                 self._ways[Way.FROM_BOARD].forget()
             self._send(Way.FROM_BOARD, self._chip.feed(frame.data, frame.reset))
         # One frame at a time, as bytes come from a line one after another.
+        if self._babbles_at_s < math.inf:
+            from_board.clear()
+            if not self._received and self._babbles_at_s <= self.clock.now_s:
+                self._babbles_at_s = self.clock.now_s + self._babble_s
+                self._received += self._latest.data
         while not self._received and from_board and from_board[0][0] <= self.clock.now_s:
-            self._received += from_board.popleft()[1].data
+            self._latest = from_board.popleft()[1]
+            self._received += self._latest.data
 
     def _pass_time(self, deadline_s: float) -> None:
         """Let time pass until something arrives, at most until the deadline."""
-        next_s = min((queue[0][0] for queue in self._flying.values() if queue), default=deadline_s)
+        due_s = (queue[0][0] for queue in self._flying.values() if queue)
+        next_s = min((*due_s, self._babbles_at_s, deadline_s))
         until_s = min(max(next_s, self.clock.now_s), deadline_s)
         sent, seconds = self._chip.wait(until_s - self.clock.now_s)
         self.clock.now_s = self.clock.now_s + seconds if sent else until_s

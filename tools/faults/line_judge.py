@@ -119,28 +119,10 @@ def _plan(chip: Chip, seed: int, tell: Tell) -> None:
     config = chip.config
     rng = random.Random(seed)
     flight = problem(seed)
-    evaluator = Evaluator(flight, threads=1)
     task = ProblemOnChip(chip, flight, CornerMap(config, flight))
     tell("map")
-    options = RunOptions(
-        seed=rng.getrandbits(64),
-        cycles=1_000_000,
-        generations=rng.randint(20, 60),
-        seeds=16,
-        give_up_rank=3,
-        paths=4,
-        memo=64,
-    )
-    path = _run(task, options, evaluator, tell)
-    middle = path[len(path) // 2]
-    changed = Problem(
-        flight.terrain,
-        flight.start,
-        flight.goal,
-        zones=(Circle(float(middle[0]), float(middle[1]), 300.0),),
-        as_paper=True,
-    )
-    task = task.changed(changed)
+    path = _run(task, _cold(rng), tell)
+    task = task.changed(_with_zone(flight, path))
     tell("zone")
     warm = RunOptions(
         seed=rng.getrandbits(64),
@@ -154,15 +136,59 @@ def _plan(chip: Chip, seed: int, tell: Tell) -> None:
         paths=2,
         memo=64,
     )
-    _run(task, warm, Evaluator(changed, threads=1), tell)
+    _run(task, warm, tell)
     if seed in _REFUSED:
         # The chip has to get every corner that it has not drawn itself.
         chip.update_map(np.full((config.map_size,) * 2, config.blocked_altitude))
 
 
-def _run(task: ProblemOnChip, options: RunOptions, evaluator: Evaluator, tell: Tell) -> Any:
+def _plan_last(chip: Chip, seed: int, tell: Tell) -> None:
+    """Use the planner core for the second problem of :func:`_plan` alone."""
+    flight = _last_problem(seed)
+    task = ProblemOnChip(chip, flight, CornerMap(chip.config, flight))
+    _run(task, _cold(random.Random(seed)), tell)
+
+
+@cache
+def _last_problem(seed: int) -> Problem:
+    """Return the second problem of :func:`_plan`, which depends on its first path."""
+    flight = problem(seed)
+    with chip_on_line(Board.MODEL, "planner") as chip:
+        line = FaultyLine(chip, VirtualClock())
+        with Chip(Link(line, clock=line.clock)) as opened:
+            task = ProblemOnChip(opened, flight, CornerMap(opened.config, flight))
+            return _with_zone(flight, _run(task, _cold(random.Random(seed)), lambda _: None))
+
+
+def _with_zone(flight: Problem, path: Any) -> Problem:
+    """Return the flight with a zone in the middle of a path."""
+    middle = path[len(path) // 2]
+    return Problem(
+        flight.terrain,
+        flight.start,
+        flight.goal,
+        zones=(Circle(float(middle[0]), float(middle[1]), 300.0),),
+        as_paper=True,
+    )
+
+
+def _cold(rng: random.Random) -> RunOptions:
+    """Return the options of a run from an empty population."""
+    return RunOptions(
+        seed=rng.getrandbits(64),
+        cycles=1_000_000,
+        generations=rng.randint(20, 60),
+        seeds=16,
+        give_up_rank=3,
+        paths=4,
+        memo=64,
+    )
+
+
+def _run(task: ProblemOnChip, options: RunOptions, tell: Tell) -> Any:
     """Execute a run, report the chip's replies and the host's verdict; return the best path."""
     looks = iter(range(_MOST_LOOKS))
+    evaluator = Evaluator(task.problem, threads=1)
     status, best = task.run(options, lambda _: next(looks, None) is None)
     paths = [task.metres(path) for path in best.paths]
     fitness = [evaluator.evaluate(path).fitness for path in paths]
@@ -188,7 +214,7 @@ _ANSWERS_TO_OPEN = 3
 #: command 12 times, and each damage costs it one or two of them.
 _EXCUSED = 4
 #: Milliseconds without a byte that the patience of a link bridges.
-_BRIDGED_MS = 300
+_BRIDGED_MS = {Board.MODEL: 1_500, Board.SIM: 300}
 
 Told = list[Any]
 
@@ -231,11 +257,13 @@ class LineJudge(Judge):
 
     def __init__(self, board: Board) -> None:
         self.board = board
-        self._kept: dict[tuple[str, int], _Usual] = {}
+        self._kept: dict[tuple[str, int, Session], _Usual] = {}
 
     def extent(self, session: str, work: int) -> Extent:
         """Return how long a session is without faults."""
-        return self._without_faults(session, work).extent
+        if session == "planner":
+            self._without_faults(session, work, _plan_last)
+        return self._without_faults(session, work, _session(session)).extent
 
     def run(self, case: Case, verdict: Verdict) -> None:
         """Run a session; see :class:`tools.faults.judge.Judge`."""
@@ -259,7 +287,7 @@ class LineJudge(Judge):
         except KeyboardInterrupt:
             verdict.outcome = "interrupted"
         except JobError as error:
-            if not _excuse(case, line):
+            if not self._excuse(case, line):
                 raise
             verdict.outcome = type(error).__name__
             self._check_patience(error, case, line)
@@ -276,6 +304,9 @@ class LineJudge(Judge):
                     opened.reopen()  # Otherwise update_map() does.
                     _check_corner(opened, chip)
                     _check_paths(opened, chip)
+                if case.session == "planner":
+                    # The problem whose map may have been under way.
+                    self._do(opened, case, chip, _plan_last)
                 self._do(opened, case, chip)
                 verdict.outcome += ", resumed"
             except JobError:
@@ -296,6 +327,15 @@ class LineJudge(Judge):
         line = FaultyLine(chip, clock, events, patience_s=1.5 * attempts * timeout_s)
         return line, Link(line, timeout_s=timeout_s, attempts=attempts, clock=clock)
 
+    def _excuse(self, case: Case, line: FaultyLine) -> bool:
+        """Return whether the faults that have happened may end a session with an error."""
+        lasting = (LineFault.STALL, LineFault.FULL, LineFault.GAP)
+        return len(line.happened) + len(case.jumps) > _EXCUSED or any(
+            event.fault in (LineFault.RESET, LineFault.CUT, LineFault.BABBLE)
+            or (event.fault in lasting and event.value > _BRIDGED_MS[self.board])
+            for event in line.happened
+        )
+
     def _check_patience(self, error: JobError, case: Case, line: FaultyLine) -> None:
         """Check that a link that gives up has waited, and has repeated its commands."""
         is_full = any(event.fault is LineFault.FULL for event in line.happened)
@@ -308,30 +348,34 @@ class LineJudge(Judge):
         if line.watch.asked < attempts - 1:
             raise DifferentError(f"given up after {line.watch.asked} frames without an answer")
 
-    def _do(self, opened: Chip, case: Case, chip: ChipOnLine) -> None:
+    def _do(
+        self, opened: Chip, case: Case, chip: ChipOnLine, session: Session | None = None
+    ) -> None:
         """Execute a session; a refusal is not a documented end, because all requests are valid."""
-        usual = self._without_faults(case.session, case.work)
+        session = session or _session(case.session)
+        usual = self._without_faults(case.session, case.work, session)
         comparison = _Comparison(usual.told)
         try:
-            _session(case.session)(opened, case.work, comparison)
+            session(opened, case.work, comparison)
         except RefusedError as error:
             raise DifferentError(f"the chip refused what was right: {error}") from None
         comparison.end()
         if chip.memory() != usual.memory:
             raise DifferentError("the chip has another map or population than without faults")
 
-    def _without_faults(self, name: str, work: int) -> _Usual:
-        if (name, work) not in self._kept:
+    def _without_faults(self, name: str, work: int, session: Session) -> _Usual:
+        if (name, work, session) not in self._kept:
             told: Told = []
             with chip_on_line(self.board, name) as chip:
                 line, link = self._connect(chip)
                 with counted_lines(_PACKAGES) as lines, Chip(link) as opened:
-                    _session(name)(opened, work, told.append)
+                    session(opened, work, told.append)
                 memory = chip.memory()
-            firsts = tuple(line.watch.firsts)
-            extent = Extent(line.sent, line.clock.readings, lines[0], firsts)
-            self._kept[name, work] = _Usual(told, memory, extent)
-        return self._kept[name, work]
+            watch = line.watch
+            commands = tuple(tuple(places) for places in watch.commands.values())
+            extent = Extent(line.sent, line.clock.readings, lines[0], tuple(watch.firsts), commands)
+            self._kept[name, work, session] = _Usual(told, memory, extent)
+        return self._kept[name, work, session]
 
 
 def _check_end(opened: Chip, chip: ChipOnLine) -> None:
@@ -364,16 +408,6 @@ def _check_corner(opened: Chip, chip: ChipOnLine) -> None:
 
 def _session(name: str) -> Session:
     return SESSIONS[name.split(",")[0]]
-
-
-def _excuse(case: Case, line: FaultyLine) -> bool:
-    """Return whether the faults that have happened may end a session with an error."""
-    lasting = (LineFault.STALL, LineFault.FULL)
-    return len(line.happened) + len(case.jumps) > _EXCUSED or any(
-        event.fault in (LineFault.RESET, LineFault.CUT)
-        or (event.fault in lasting and event.value > _BRIDGED_MS)
-        for event in line.happened
-    )
 
 
 def _can_resume(case: Case, line: FaultyLine) -> bool:

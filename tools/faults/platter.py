@@ -10,6 +10,8 @@ from pathlib import Path
 
 #: Bytes that a disk stores together or not at all.
 _SECTOR = 512
+#: Share of the torn files and writes that lack only their last byte, which may end a line.
+TEARS_LAST = 0.25
 
 
 class _Content:
@@ -132,7 +134,10 @@ def _torn(synced: bytes, present: bytes, rng: random.Random) -> bytes:
     if present == synced:
         return synced
     share = rng.choice((0.0, 0.5, 1.0))
-    torn = bytearray(present[: rng.randint(len(synced), max(len(synced), len(present)))])
+    length = rng.randint(len(synced), max(len(synced), len(present)))
+    if len(present) > len(synced) and rng.random() < TEARS_LAST:
+        length, share = len(present) - 1, 1.0
+    torn = bytearray(present[:length])
     for first in range(len(synced), len(torn), _SECTOR):
         end = min(first + _SECTOR, len(torn))
         if rng.random() >= share:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import signal
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FrameType
 from typing import Any
+from unittest import mock
 
 from pathgene import host
 from pathgene.host.interrupts import caught
@@ -17,6 +19,9 @@ from tools.faults.judge import DifferentError
 
 #: The signals that ``docs/reliability.md`` promises to heed; not the product's own list.
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+
+#: Seconds by which the time of day is set back.
+_SET_BACK_S = 3600.0
 
 # The name in frames: through the link in pathgene/.
 _HOST = Path(host.__file__).parent
@@ -32,12 +37,13 @@ def signalled(at: int | None, packages: tuple[str, ...]) -> Iterator[list[signal
     """Send this process a signal at the ``at``-th line of ``packages`` executed in the block.
 
     The product's own handlers receive it. The list has the signal once it has been sent. None sends
-    nothing.
+    nothing. In a third of the cases, the time of day is set back by an hour after the signal; a
+    second signal follows, and must have an effect too.
 
     Raises
     ------
     DifferentError
-        If the product leaves one of the signals at its default effect.
+        If the product leaves one of the signals at its default effect, or ignores the second one.
     """
     sent: list[signal.Signals] = []
     if at is None:
@@ -58,11 +64,27 @@ def signalled(at: int | None, packages: tuple[str, ...]) -> Iterator[list[signal
             for number in SIGNALS:
                 if signal.getsignal(number) is signal.SIG_DFL:
                     raise DifferentError(f"{number.name} is not handled")
-            with _traced(count, packages):
-                yield sent
+            try:
+                with _traced(count, packages):
+                    yield sent
+            finally:
+                if sent:
+                    _send_again(sent[0], _SET_BACK_S if at % 3 == 0 else 0.0)
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _send_again(number: signal.Signals, set_back_s: float) -> None:
+    """Check that a signal a second later has an effect, although the time of day is set back."""
+    later_s, day_s = time.monotonic() + 1, time.time() + 1 - set_back_s
+    with (
+        mock.patch.object(time, "monotonic", return_value=later_s),
+        mock.patch.object(time, "time", return_value=day_s),
+        contextlib.suppress(KeyboardInterrupt),
+    ):
+        signal.raise_signal(number)
+        raise DifferentError(f"a second {number.name} had no effect")
 
 
 @contextlib.contextmanager

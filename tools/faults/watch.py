@@ -19,15 +19,21 @@ class Watch:
     ----------
     answered_s : float
         Time at which the host received the latest answer that it did not have before.
+    answers : int
+        Number of such answers.
     asked : int
         Number of frames that the host has sent since.
+    commands : dict
+        By the code of a command and the bits of its size, the numbers of the bytes, in the session,
+        with which each such command and its answer begin, if the chip answers at once.
     firsts : list of int
         Number of the byte, in the session, with which each command number 0 after the first begins.
     """
 
     def __init__(self) -> None:
         self.answered_s = 0.0
-        self.asked = 0
+        self.answers = self.asked = 0
+        self.commands: dict[tuple[int, int], list[tuple[int, int]]] = {}
         self.firsts: list[int] = []
         self._answers: deque[bytes] = deque(maxlen=_REMEMBERED)
         self._received, self._sent = FrameSplitter(), FrameSplitter()
@@ -38,12 +44,14 @@ class Watch:
         for body, _ in _frames(self._received, data):
             if body[2] == Status.OK and body[:2] not in self._answers:
                 self._answers.append(body[:2])
+                self.answers += 1
                 self.answered_s, self.asked = now_s, 0
 
-    def send(self, data: bytes, at: int) -> None:
-        """Note a frame of the host, whose first byte has the number ``at``."""
+    def send(self, data: bytes, at: int, answer_at: int) -> None:
+        """Note a frame of the host; its first byte and the answer's have these numbers."""
         self.asked += 1
         for body, is_plain in _frames(self._sent, data):
+            self.commands.setdefault((body[2], len(body).bit_length()), []).append((at, answer_at))
             if is_plain or body[2] == Command.OPEN:
                 self._wraps = False
             elif body[1] == 0 and self._wraps:

@@ -1,4 +1,4 @@
-"""``python -m tools.requirements``: write the page of requirements, or check its rows."""
+"""``python -m tools.requirements``: write the tables of requirements, or check their rows."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from pathlib import Path
 from pathgene.sim.cache import build_root
 from tools.mutation.workshop import Workshop
 from tools.requirements.checking import Known, verdict
-from tools.requirements.table import FILES, PAGE, ROOT, all_rows, load, mistakes, page_text
+from tools.requirements.table import FILES, PAGE, ROOT, all_rows, load, mistakes, with_tables
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the page, or check rows; return 1 if an entry or a row is wrong."""
+    """Write the tables, or check rows; return 1 if an entry or a row is wrong."""
     parser = argparse.ArgumentParser(prog="python -m tools.requirements", description=__doc__)
     parser.add_argument(
         "--check",
@@ -30,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     found = [one for name in FILES for one in mistakes(load(name))]
     print(*found, sep="\n", file=sys.stderr, end="\n" if found else "")
     if options.check is None:
-        PAGE.write_text(page_text(), "utf-8")
+        PAGE.write_text(with_tables(PAGE.read_text("utf-8")), "utf-8")
         return 1 if found else 0
     folder = build_root() / "requirements"
     folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""The rows of the requirements, their checks, and the page that shows them.
+"""The rows of the requirements, their checks, and the tables that show them.
 
 A file of this folder with the suffix ``.toml`` holds the rows of one page. ``page`` names the page
 and ``source`` the text that it is made from, if it is generated. ``left_out`` names the sections
@@ -35,7 +35,9 @@ from tools.requirements.sentences import Sentence, sentences
 ROOT = Path(__file__).resolve().parents[2]
 #: Files of rows, in the order of the tables.
 FILES = ("rules", "reliability", "protocol")
-PAGE = ROOT / "docs" / "requirements.md"
+#: The page that shows the tables, between two marks.
+PAGE = ROOT / "docs" / "reliability.md"
+_BEGIN, _END = "<!-- tables of requirements -->\n", "<!-- end of requirements -->\n"
 
 _HEAD = Path(__file__).with_name("head.md")
 
@@ -199,23 +201,30 @@ def _names(node: ast.AST) -> set[str]:
     return set()
 
 
-def page_text() -> str:
-    """Return the page of all tables."""
+def with_tables(page: str) -> str:
+    """Return the text of the page with its present tables."""
+    before, _, rest = page.partition(_BEGIN)
+    _, _, after = rest.partition(_END)
+    return f"{before}{_BEGIN}\n{tables()}\n{_END}{after}"
+
+
+def tables() -> str:
+    """Return the section of all tables."""
     parts = [_HEAD.read_text("utf-8")]
     for name in FILES:
         requirements = load(name)
         anchors = {one.text: one.anchor for one in requirements.stated()}
         page = Path(requirements.page).name
-        title = (ROOT / requirements.page).read_text("utf-8").partition("\n")[0].lstrip("# ")
+        own = "" if PAGE.name == page else page
         silent = sum(map(len, requirements.explanations.values()))
-        parts.append(f"\n## {title}\n\n{len(requirements.rows)} requirements of [{page}]({page}); ")
-        parts.append(f"{silent} sentences there require nothing.\n\n")
         parts.append(
+            f"\n### Requirements of {page}\n\n{len(requirements.rows)} requirements of "
+            f"[{page}]({page}); {silent} sentences there require nothing.\n\n"
             "| row | requirement | unit | test or proof | planted fault |\n|---|---|---|---|---|\n"
         )
         for row in requirements.rows:
             number = row.name.rpartition("-")[2]
-            link = f"[{number}]({page}#{anchors.get(row.sentences[0], '')})"
+            link = f"[{number}]({own}#{anchors.get(row.sentences[0], '')})"
             said = row.sentences[0].replace("|", "\\|")
             if more := len(row.sentences) - 1:
                 said += f" (and {more} more sentence{'s' if more > 1 else ''} there)"

@@ -28,19 +28,19 @@ def test_sessions_on_the_model_keep_everything():
 NOTICED = {
     "lost acknowledgement accepted": 0,
     "sequence number reused": 0,
-    "checksum ignored": 36,
+    "checksum ignored": 66,
     "board taken back in silence": 5,
     "map believed after a reset": 35,
-    "map known before it is acknowledged": 167,
+    "map known before it is acknowledged": 46,
     "no limit of silence": 60,
-    "command repeated by the chip": 0,
+    "command repeated by the chip": 35,
     "file written in its place": 4,
     "torn line taken for whole": 3,
     "lost run counted": 3,
     "mixture accepted": 44,
     "file not synced": 14,
     "folder not synced": 14,
-    "stored run not synced": 8,
+    "stored run not synced": 28,
     "name of stored runs not synced": 108,
     "older files not put back": 54,
     "refusal to put back not told": 54,
@@ -80,18 +80,17 @@ def test_a_replay_tells_the_fewest_faults(capsys, monkeypatch):
 #: A seed below 1,000 whose session notices each bug that was chosen without the simulator.
 BLIND_NOTICED = {
     "signal handlers not restored after an error": 9,
-    "copy of the population kept after a failed step": 445,
-    "batch stays open after an error": 167,
+    "copy of the population kept after a failed step": 425,
+    "batch stays open after an error": 17,
     "answers of an earlier session accepted": 112,
-    "chip: OUT_OF_ORDER has the number of the frame": 2,
-    "session 0 not skipped": 281,
+    "chip: OUT_OF_ORDER has the number of the frame": 11,
+    "session 0 not skipped": 516,
     "signal between the disk and the count of a run": 238,
     "late answers after a refusal not awaited": 120,
     "stored runs not locked": 3,
-    "INFO and OPEN asked without limit": 332,
+    "INFO and OPEN asked without limit": 7,
     "all tasks repeated after the death of a process": 258,
     "only copy of an older file removed": 209,
-    "copy of the population kept after a failed load": 631,
     "chip: a refused command uses up its number": 805,
     "session kept after an error": 60,
     "shorter form never used": 135,
@@ -104,42 +103,48 @@ BLIND_NOTICED = {
     "failed sync of a run swallowed": 3,
     "update_map opens no new session": 570,
     "credit not returned after a silence": 60,
+    "batch forgets its losses before it is sent": 607,
+    "OPEN has the number of the first command": 32,
+    "chip: a late OPEN restarts the order": 405,
+    "copy of the population kept after a failed load": 101,
 }
 #: The same for later bugs chosen without the simulator.
 LATER_NOTICED = {
-    "chip: a repeated RUN runs again": 217,
-    "chip: every new session accepted": 21,
+    "chip: a repeated RUN runs again": 372,
+    "chip: every new session accepted": 26,
     "task of a worker that died not done": 258,
-    "session kept after an interrupt": 117,
     "answer before the window accepted": 0,
     "failed sync of a new file swallowed": 289,
-    "reset not noticed by reopen": 21,
+    "reset not noticed by reopen": 26,
     "new files kept after a failure": 684,
+    "every good frame counts as progress": 117,
+    "short form has the order of before": 990,
+    "line without its newline not ended": 33,
+    "repeated signals told apart by the time of day": 9,
+    "session kept after an interrupt": 132,
 }
 #: Every fourth is tried each time.
 SAMPLED = list((BLIND_NOTICED | LATER_NOTICED).items())[::4]
 #: Bugs that no session has noticed; docs/reliability.md names them.
 UNNOTICED = {
-    "chip: a late OPEN restarts the order",
     "silences not forgotten after progress",
-    "OPEN has the number of the first command",
-    "batch forgets its losses before it is sent",
     "box of a drawn zone noted as blocked",
     "run counted only after its answer",
     "earlier run not ended by reopen",
 }
-LATER_UNNOTICED = {
-    "repeated signals told apart by the time of day",
-    "every good frame counts as progress",
-    "line without its newline not ended",
-}
 
 
 def test_every_planted_bug_has_a_seed():
-    every = {*NOTICED, *BLIND_NOTICED, *UNNOTICED, *LATER_NOTICED, *LATER_UNNOTICED}
+    every = {*NOTICED, *BLIND_NOTICED, *UNNOTICED, *LATER_NOTICED}
     assert every == set(PLANTED)
-    assert {*BLIND_NOTICED, *UNNOTICED} == set(BLIND)
-    assert {*LATER_NOTICED, *LATER_UNNOTICED} == set(LATER)
+    assert {*BLIND_NOTICED, *LATER_NOTICED, *UNNOTICED} == {*BLIND, *LATER}
+
+
+@pytest.mark.parametrize("bug", PLANTED)
+def test_every_planted_bug_can_be_planted(bug):
+    """The text that it replaces is still in the product."""
+    with planted(bug):
+        pass
 
 
 @pytest.mark.parametrize(("bug", "seed"), [*NOTICED.items(), *SAMPLED])
@@ -168,10 +173,14 @@ def test_a_bug_chosen_without_the_simulator_is_noticed(bug, seed):
 
 
 #: Seeds of sessions on the Verilog that were once broken: by a late second refusal of a command, by
-#: one of BEST during a run, and by a run that continued after an interrupt.
+#: one of BEST during a run, and by a run that continued after an interrupt. Their faults were drawn
+#: before some cases got faults at a chosen command.
 ONCE_BROKEN = (4, 441, 147)
 
 
-def test_a_session_on_the_verilated_chip():
-    for case, verdict in run(Board.SIM, [0, 1, *ONCE_BROKEN], jobs=1):
+def test_a_session_on_the_verilated_chip(monkeypatch):
+    done = list(run(Board.SIM, [0, 1], jobs=1))
+    monkeypatch.setattr("tools.faults.case._at_a_command", lambda rng, case, extent: case)
+    done += run(Board.SIM, ONCE_BROKEN, jobs=1)
+    for case, verdict in done:
         assert verdict.violation == "", case.to_json()

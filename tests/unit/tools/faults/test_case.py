@@ -14,7 +14,11 @@ from tools.faults.tracing import SIGNALS, signal_of
 
 
 EXTENT = Extent(
-    {Way.TO_BOARD: 20_000, Way.FROM_BOARD: 10_000}, readings=500, lines=9_000, firsts=(17_000,)
+    {Way.TO_BOARD: 20_000, Way.FROM_BOARD: 10_000},
+    readings=500,
+    lines=9_000,
+    firsts=(17_000,),
+    commands=(tuple((at, at + 500) for at in range(1_000, 9_000, 10)), ((12_000, 13_000),)),
 )
 
 
@@ -44,6 +48,10 @@ def test_every_fault_is_drawn():
         if any(event.fault is LineFault.RESET and event.at == 17_000 for event in case.line)
     ]
     assert {case.sessions_before for case in resets} == {255}
+    # The only command of its kind meets a fault as often as 800 of another kind.
+    places = [event.at for case in cases for event in case.line if event.fault is LineFault.GAP]
+    assert any(at in range(12_000, 13_004) for at in places)
+    assert any(at in range(1_000, 9_500) for at in places)
     assert any(case.signal_at is not None for case in cases)
     assert {case.resumes for case in cases} == {True, False}
     # Some sessions have only a signal as a fault, or none at all.

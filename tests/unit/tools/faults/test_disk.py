@@ -48,6 +48,17 @@ def test_a_write_is_torn_where_the_seed_says(tmp_path):
     assert 0 < sizes[0] < 7000
 
 
+def test_a_torn_write_may_lack_only_its_last_byte(tmp_path):
+    sizes = []
+    for seed in range(20):
+        disk = FaultyDisk(2, kill=True, seed=seed)
+        with pytest.raises(Killed):
+            write(disk, tmp_path)
+        sizes.append((tmp_path / "new").stat().st_size)
+        (tmp_path / "new").unlink()
+    assert 0 < sizes.count(7 * 1000 - 1) < 10
+
+
 def test_a_full_disk_still_renames_and_removes(tmp_path):
     (tmp_path / "new").write_bytes(b"")
     disk = FaultyDisk(1, lasting=True)

@@ -1,6 +1,7 @@
 """The line of the fault simulator, fault by fault."""
 
 import contextlib
+from collections import deque
 
 import pytest
 
@@ -86,6 +87,32 @@ def test_long_frames_are_lost_from_a_moment_on():
     frames = [b"a long one\0", b"a\0", b"another long one\0", b"b\0"]
     lost = at(3, LineFault.LOSE_LONG, 6)
     assert passed(lost, frames=frames)[0] == [b"a\0", b"b\0"]
+
+
+def test_all_frames_of_a_gap_are_lost():
+    chip = Recorder()
+    line = FaultyLine(chip, VirtualClock(), [at(6, LineFault.GAP, 1000)])
+    line.timeout = 0.6
+    received = []
+    for frame in [*FRAMES, b"fourth\0"]:
+        line.write(frame)
+        received.append(line.read(9))
+    assert chip.fed == received[:1] + received[3:] == [b"first\0", b"fourth\0"]
+    assert received[1:3] == [b"", b""]
+
+
+def test_a_babbling_board_repeats_its_latest_frame():
+    line = FaultyLine(Recorder(), VirtualClock(), [at(9, LineFault.BABBLE, 100)], patience_s=1.0)
+    line.timeout = 1.0
+    for frame in FRAMES[:2]:
+        line.write(frame)
+        assert line.read(9) == FRAMES[0]
+    assert line.clock.now_s == pytest.approx(0.1, abs=1e-3)
+    with pytest.raises(HangError, match=r"^no end after 8 s without a new answer$"):
+        deque((line.read(9) for _ in range(100)), maxlen=0)
+    line.heal()
+    line.write(FRAMES[2])
+    assert line.read(9) == FRAMES[2]
 
 
 def test_frames_arrive_one_by_one():

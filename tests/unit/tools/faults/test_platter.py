@@ -85,3 +85,12 @@ def test_an_append_keeps_the_synced_bytes(folder):
     found = [content for content, _ in states(folder, work)]
     assert all(content.startswith(OLD) for content in found)
     assert min(map(len, found)) < len(OLD + NEW)
+
+
+def test_a_file_may_lack_only_its_last_byte(folder):
+    def work(disk):
+        create(disk, folder, synced=False)
+        disk.rename(folder / "new", folder / "file")
+        disk.sync_directory(folder)
+
+    assert (NEW[:-1], frozenset({"file"})) in states(folder, work)

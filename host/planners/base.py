@@ -265,16 +265,17 @@ class Run:
         self._best_path: Path | None = None
         self._worst_kept = -math.inf
         self._started = time.perf_counter()
+        self._compiled_s = _compiling_s()
         self._observer = self.progress if isinstance(self.progress, Observer) else None
 
     @contextlib.contextmanager
     def phase(self, name: str) -> Iterator[None]:
-        """Add the time of the block to phase ``name``."""
-        started = time.perf_counter()
+        """Add the time of the block, except for compilations, to phase ``name``."""
+        started, compiled = time.perf_counter(), _compiling_s()
         try:
             yield
         finally:
-            spent = time.perf_counter() - started
+            spent = time.perf_counter() - started - (_compiling_s() - compiled)
             self.seconds[name] = self.seconds.get(name, 0.0) + spent
 
     def fitness(
@@ -388,6 +389,7 @@ class Run:
         archive = sorted(self._archive.values(), key=lambda kept: -kept[0])
         with self.phase("choice"):
             path, evaluation = choose(self.evaluator, archive)
+        self.seconds["compiling"] = _compiling_s() - self._compiled_s
         self.seconds["total"] = time.perf_counter() - self._started
         return Result(
             path,
@@ -403,6 +405,13 @@ class Run:
             self.history_evaluations,
             self.cut_short,
         )
+
+
+def _compiling_s() -> float:
+    # Loads numba, which listing the planners does not need.
+    from pathgene.jit import compiling_s
+
+    return compiling_s()
 
 
 def choose(evaluator: Evaluator, archive: Sequence[tuple[float, Path]]) -> tuple[Path, Evaluation]:

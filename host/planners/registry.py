@@ -116,7 +116,7 @@ PLANNERS: Mapping[str, Entry] = {
     "astar": Entry(
         description="Grid search, few waypoints, lowest altitudes: what to beat",
         paper="none: the search is Dijkstra's, the altitudes are a linear program's",
-        generations=40,
+        generations=400,
         options=("max_waypoints",),
         constructor=_lazy("grid.astar:AstarPlanner"),
     ),

@@ -41,8 +41,6 @@ __all__ = ["draw", "titles", "version_points", "window"]
 
 Floats = NDArray[np.float64]
 
-# Width of the shown map relative to the flown part, and its minimum height in metres.
-_WIDER, _LEAST_M = 1.18, 1000.0
 # Step along a drawn track, metres.
 _STEP_M = 10.0
 # Interval between drawn samples of a flight, in samples.
@@ -137,17 +135,7 @@ def window(report: Replanned, axes: Axes) -> tuple[float, float, float, float]:
             *(version_points(report, number) for number in range(len(session.pilot.legs))),
         ]
     )
-    low, high = points.min(axis=0), points.max(axis=0)
-    middle, size = 0.5 * (low + high), _WIDER * (high - low)
-    box = axes.get_window_extent()
-    aspect = box.width / box.height
-    height = max(size[1], size[0] / aspect, _LEAST_M)
-    half = 0.5 * np.array((height * aspect, height))
-    # Beyond the edge of the map there is nothing to see.
-    land = np.array((session.mission.terrain.width_m, session.mission.terrain.height_m))
-    middle = np.where(2 * half < land, np.clip(middle, half, land - half), 0.5 * land)
-    (west, south), (east, north) = (middle - half).tolist(), (middle + half).tolist()
-    return west, south, east, north
+    return plan_view.window_around(points, axes, session.mission.terrain)
 
 
 def version_points(report: Replanned, number: int) -> Floats:

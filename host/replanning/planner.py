@@ -16,8 +16,9 @@ from pathgene.host.device.chip import Chip
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.machine import keep_memory
-from pathgene.host.planners.chip.repairs import load_repairs
 from pathgene.host.planners.chip.schedule import chip_time, line_s
+from pathgene.host.planners.grid.astar import QUICK_SEARCHES
+from pathgene.host.planners.grid.repairs import load_repairs
 from pathgene.host.planning import Plan, Search
 from pathgene.host.problem.problem import Problem
 
@@ -242,6 +243,9 @@ class InFlightPlanner:
             options["board"] = self.board
         if self.is_on_chip:
             options |= {"chip_ms": _CHIP_MS, "polish": "off"}
+        if self.name == "astar":
+            # An aircraft cannot wait for the narrow searches, nor does the constant time hold them.
+            options["generations"] = QUICK_SEARCHES
         return Search(self.name, **options)
 
     def _time(self, plan: Plan) -> PlanningTime:

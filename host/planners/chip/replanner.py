@@ -60,7 +60,7 @@ class ChipReplanner:
     The chip draws new zones on its map and runs for a millisecond, with an island of the earlier
     paths, without the waypoints before the start, and an island of new seeds. The host judges the
     paths by the strict rule. If none is feasible, it repairs the best and, after the first run, the
-    second best (:func:`~pathgene.host.planners.chip.repairs.repair`), which takes milliseconds of
+    second best (:func:`~pathgene.host.planners.grid.repairs.repair`), which takes milliseconds of
     processor time but no time on the chip and the line. If that fails, up to seven more runs of at
     most 2.8 ms follow, each from new seeds only. :meth:`finish` clears the zones that were removed
     while new ones were added.

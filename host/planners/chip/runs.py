@@ -18,7 +18,7 @@ from pathgene.host.device.runs import BestPaths, RunStatus
 from pathgene.host.device.transport import Traffic
 from pathgene.host.planners.base import Run
 from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
-from pathgene.host.planners.chip.repairs import repair
+from pathgene.host.planners.grid.repairs import repair
 
 
 __all__ = ["ChipRuns"]
@@ -36,7 +36,7 @@ class ChipRuns:
         Each path also gets the lowest altitudes.
     repairs : bool
         If no path of a run is feasible, the best is repaired and, after the first run, the second
-        best too; see :func:`pathgene.host.planners.chip.repairs.repair`.
+        best too; see :func:`pathgene.host.planners.grid.repairs.repair`.
     """
 
     def __init__(

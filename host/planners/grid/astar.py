@@ -13,6 +13,7 @@ from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
 from pathgene.host.planners.grid.altitudes import lowest_altitudes
 from pathgene.host.planners.grid.grid_search import SearchGrid
+from pathgene.host.planners.grid.narrow import narrow_searches
 from pathgene.host.planners.grid.polylines import (
     Leads,
     around,
@@ -20,12 +21,14 @@ from pathgene.host.planners.grid.polylines import (
     lengthened,
     on_corners,
     polylines,
+    routed,
     thinned,
+    with_leads,
 )
 from pathgene.host.problem.chip_map import ChipMap
 
 
-__all__ = ["DEFAULT_MAX_WAYPOINTS", "AstarPlanner", "searches"]
+__all__ = ["DEFAULT_MAX_WAYPOINTS", "QUICK_SEARCHES", "AstarPlanner", "searches"]
 
 Path = NDArray[np.float64]
 
@@ -37,13 +40,13 @@ _MARGINS = (0.0, 0.5)
 # Distances of waypoints around the ends, in turn radii, and the surfaces tried with them.
 _AWAY_RADII = (2.0, 4.0)
 _STEEPNESS_FROM_SIDES = (1.5, math.inf)
-# Slope of the surfaces for an aircraft that can hardly climb.
-_LEAST_SLOPE = 1e-3
 # Numbers of turns tried with each route, as shares of the maximum number of waypoints.
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.125)
 _MOST_WAYPOINTS = 100
-#: Default maximum number of waypoints of a path.
-DEFAULT_MAX_WAYPOINTS = 16
+#: Default maximum number of waypoints of a path, and of one that the quick searches do not find.
+DEFAULT_MAX_WAYPOINTS, NARROW_WAYPOINTS = 16, 64
+#: Maximum number of quick searches. A plan of no more generations has no narrow searches.
+QUICK_SEARCHES = 40
 
 
 class AstarPlanner:
@@ -61,13 +64,18 @@ class AstarPlanner:
     safe flight, where paths are compared by the strict rule, at most 32 more searches follow, which
     leave the start or reach the goal in one of eight directions.
 
+    If all of these fail, narrower and longer ways are searched
+    (:func:`~pathgene.host.planners.grid.narrow.narrow_searches`), unless the plan has no more than
+    :data:`QUICK_SEARCHES` generations. They take seconds.
+
     The route comes from Dijkstra's algorithm and costs the same as with A*. SciPy searches the
     whole grid in less time than it takes to build the graph, so a heuristic would save nothing.
 
     Parameters
     ----------
-    max_waypoints : int
-        Maximum number of waypoints between start and goal, 1 to 100.
+    max_waypoints : int, optional
+        Maximum number of waypoints between start and goal, 1 to 100. By default it is 16, or 64
+        for narrow ways.
 
     Raises
     ------
@@ -75,13 +83,14 @@ class AstarPlanner:
         If ``max_waypoints`` is outside its range.
     """
 
-    def __init__(self, *, max_waypoints: int = DEFAULT_MAX_WAYPOINTS) -> None:
-        if not 1 <= max_waypoints <= _MOST_WAYPOINTS:
+    def __init__(self, *, max_waypoints: int | None = None) -> None:
+        if max_waypoints is not None and not 1 <= max_waypoints <= _MOST_WAYPOINTS:
             raise InputError(
                 f"The most waypoints of a path must be from 1 to {_MOST_WAYPOINTS}, "
                 f"not {max_waypoints}."
             )
-        self.max_waypoints = max_waypoints
+        self.max_waypoints = DEFAULT_MAX_WAYPOINTS if max_waypoints is None else max_waypoints
+        self._narrow_waypoints = NARROW_WAYPOINTS if max_waypoints is None else max_waypoints
 
     def plan(
         self,
@@ -105,12 +114,21 @@ class AstarPlanner:
         problem = evaluator.problem
         run.record(0, run.fitness([np.array([problem.start, problem.goal])]))
         with run.search():
-            found = searches(run, self.max_waypoints)
+            found = self._all(run)
             generation = 0
             while run.stopped_by() is None and (paths := next(found, None)) is not None:
                 generation += 1
                 run.record(generation, np.array([fitness for fitness, _ in paths]))
         return run.result()
+
+    def _all(self, run: Run) -> Iterator[list[tuple[float, Path]]]:
+        """Search quickly and, if that finds no feasible path, for narrow ways."""
+        best = 0.0
+        for paths in searches(run, self.max_waypoints):
+            best = max(best, *(fitness for fitness, _ in paths))
+            yield paths
+        if best <= 1 and run.options.generations > QUICK_SEARCHES:
+            yield from narrow_searches(run, self._narrow_waypoints)
 
 
 def searches(
@@ -191,16 +209,10 @@ def _paths(
     if most < sum(map(len, way)):
         return []
     problem = grid.problem
-    surface = grid.surface(steepness * max(math.tan(problem.limits.climb_rad), _LEAST_SLOPE))
-    first, last = (
-        (float(lead[at][0]), float(lead[at][1])) if len(lead) else None
-        for lead, at in zip(way, (-1, 0), strict=True)
-    )
-    route = grid.route(surface, first, last)
+    surface, route = routed(grid, steepness, way)
     if route is None:
         return []
     most -= sum(map(len, way))
-    ends = np.array([problem.start[:2]]), np.array([problem.goal[:2]])
     points = thinned(route, None if lattice is None else lattice.scale_m[:2])
     if len(points) < 2:
         # The goal is straight above or below the start.
@@ -211,12 +223,7 @@ def _paths(
     for line in (lines[count] for count in _counts(most)):
         if line is None:
             continue
-        turns = points[line]
-        if sum(map(len, way)):
-            # The ends of the route are waypoints where leads replace start and goal.
-            before = (*ends[:1], way[0][:-1]) if len(way[0]) else ()
-            after = (way[1][1:], *ends[1:]) if len(way[1]) else ()
-            turns = np.concatenate((*before, turns, *after))
+        turns = with_leads(problem, way, points[line])
         # More waypoints on a track allow lower altitudes; on a lattice they may add turns.
         places = lengthened(turns, most + sum(map(len, way)), problem.limits.turn_radius_m)
         if lattice is not None:

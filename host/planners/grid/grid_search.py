@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from pathgene.host.evaluation.fuel import air_distance
 from pathgene.host.evaluation.reference import problem_utopia
-from pathgene.host.problem.limits import SEA_LEVEL_DENSITY_KG_M3
+from pathgene.host.problem.limits import pressure_on_wing
 from pathgene.host.problem.problem import Problem
 
 
@@ -59,9 +59,7 @@ class Prices:
     def __init__(self, problem: Problem) -> None:
         best = problem_utopia(problem)
         aircraft = problem.aircraft
-        lift_area = (
-            0.5 * SEA_LEVEL_DENSITY_KG_M3 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
-        )
+        lift_area = pressure_on_wing(aircraft)
         drag = (
             lift_area * aircraft.zero_lift_drag_coefficient
             + aircraft.induced_drag_factor * aircraft.weight_N**2 / lift_area
@@ -83,13 +81,27 @@ class SearchGrid:
     ----------
     margin_m : float
         Distance of routes from blocked nodes, so that turns may cut corners.
+    most_nodes : int
+        Maximum number of nodes on the longer side.
+    gain_m : float
+        Altitude that the aircraft gains by circling at the start.
+    blocked : (ny, nx) bool, optional
+        Nodes of the terrain that are blocked in addition to the problem's.
     """
 
-    def __init__(self, problem: Problem, margin_m: float = 0.0) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        margin_m: float = 0.0,
+        *,
+        most_nodes: int = _MOST_NODES,
+        gain_m: float = 0.0,
+        blocked: NDArray[np.bool_] | None = None,
+    ) -> None:
         terrain = problem.surface
         self.problem = problem
         self.prices = Prices(problem)
-        self._every = math.ceil(max(terrain.shape) / _MOST_NODES)
+        self._every = math.ceil(max(terrain.shape) / most_nodes)
         self.dx_m, self.dy_m = self._every * terrain.dx_m, self._every * terrain.dy_m
         void = np.isnan(terrain.elevation)
         self.ground = self._pooled(np.where(void, np.nanmin(terrain.elevation), terrain.elevation))
@@ -107,12 +119,18 @@ class SearchGrid:
         # The highest ground of a node may be this far from the node.
         reach = math.hypot(self.dx_m, self.dy_m)
         out = self._pooled(problem.blocked_raster)
-        out |= self.ground > z0 + climb * (away_0 + reach)
+        if blocked is not None:
+            out |= self._pooled(blocked)
+        out |= self.ground > z0 + gain_m + climb * (away_0 + reach)
         out |= self.ground > z1 + descent * (away_1 + reach)
         self._start, self._goal = self._node(x0, y0), self._node(x1, y1)
         out.flat[[self._start, self._goal]] = False
         self.blocked = out
         self._shunned = out
+        #: Blocked nodes cost this many times the dearest open one, instead of an infinite price.
+        self.blocked_factor: float | None = None
+        #: Factors of the costs at the nodes, (rows, columns), 1 or more; None stands for 1.
+        self.factors: Floats | None = None
         if margin_m > 0 and out.any():
             away = ndimage.distance_transform_edt(~out, sampling=(self.dy_m, self.dx_m))
             self._shunned = away <= margin_m
@@ -161,6 +179,8 @@ class SearchGrid:
             + self.prices.work * thrust * self._air
         )
         costs = np.maximum(costs, _LEAST_COST)
+        if self.factors is not None:
+            costs *= self.factors.ravel()[self._head]
         costs[self._barred] = math.inf
         graph = self._graph(np.concatenate((costs, np.full(len(self._x), math.inf))))
         start = self._start if first is None else self._node(*first)
@@ -177,10 +197,20 @@ class SearchGrid:
         return np.concatenate((ends[:1], points[1:-1], ends[1:]))
 
     def price_per_m(self, surface: Floats) -> Floats:
-        """Return the cost of a metre of level flight on ``surface``; infinite at blocked nodes."""
+        """Return the cost of a metre of level flight on ``surface``; infinite at blocked nodes.
+
+        With ``blocked_factor`` it is finite there.
+        """
         above = surface - self.prices.base_m
         level = self.prices.area * above + self.prices.work * self.prices.glide
-        return np.where(self.blocked, math.inf, level)
+        if self.factors is not None:
+            level = level * self.factors
+        barred = math.inf
+        if self.blocked_factor is not None:
+            barred = self.blocked_factor * float(
+                level.max(where=~self.blocked, initial=_LEAST_COST)
+            )
+        return np.where(self.blocked, barred, level)
 
     def nodes(self, x: Floats, y: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return row and column of the nodes that cover points on the map, metres."""

@@ -15,13 +15,25 @@ from pathgene.host.planners.grid.grid_search import SearchGrid
 from pathgene.host.problem.problem import Problem
 
 
-__all__ = ["Leads", "around", "leads", "lengthened", "on_corners", "polylines", "thinned"]
+__all__ = [
+    "Leads",
+    "around",
+    "leads",
+    "lengthened",
+    "on_corners",
+    "polylines",
+    "routed",
+    "thinned",
+    "with_leads",
+]
 
 
 Floats = NDArray[np.float64]
 
 # Maximum number of points of a route that may become waypoints: every pair is evaluated.
 _MOST_POINTS = 100
+# Slope of the surfaces for an aircraft that can hardly climb.
+_LEAST_SLOPE = 1e-3
 
 
 def thinned(route: Floats, corner_m: tuple[float, float] | None = None) -> Floats:
@@ -197,3 +209,38 @@ def around(problem: Problem, at_goal: bool, away_m: float) -> list[Floats]:
     most = problem.terrain.width_m, problem.terrain.height_m
     places = end + away_m * _COMPASS
     return [place[None] for place in places if ((place >= 0) & (place <= most)).all()]
+
+
+def routed(grid: SearchGrid, steepness: float, way: Leads) -> tuple[Floats, Floats | None]:
+    """Return a surface of limited slope, and the cheapest route over it between leads.
+
+    Parameters
+    ----------
+    steepness : float
+        Slope of the surface, as a multiple of the climb limit; infinite for the ground itself.
+
+    Returns
+    -------
+    surface : ndarray
+        Altitudes of the nodes, (rows, columns) float64 metres.
+    route : ndarray or None
+        Points, (n, 2) float64 metres; None if there is no route.
+    """
+    climb = math.tan(grid.problem.limits.climb_rad)
+    surface = grid.surface(steepness * max(climb, _LEAST_SLOPE))
+    first, last = (
+        (float(lead[at][0]), float(lead[at][1])) if len(lead) else None
+        for lead, at in zip(way, (-1, 0), strict=True)
+    )
+    return surface, grid.route(surface, first, last)
+
+
+def with_leads(problem: Problem, way: Leads, places: Floats) -> Floats:
+    """Return the places of a route with its leads and both ends, (n, 2) float64 metres.
+
+    The ends of the route are waypoints where leads replace start and goal.
+    """
+    start, goal = np.array([problem.start[:2]]), np.array([problem.goal[:2]])
+    before = (start, way[0][:-1]) if len(way[0]) else ()
+    after = (way[1][1:], goal) if len(way[1]) else ()
+    return np.concatenate((*before, places, *after))

@@ -6,11 +6,13 @@ import time
 
 import numpy as np
 import pytest
+from numba.core import event
 
 from pathgene.host.errors import InputError
 from pathgene.host.planners import base
 from pathgene.host.planners.base import Options, Run, Stop, choose
 from pathgene.host.planners.roulette import roulette
+from pathgene.jit import COMPILING
 
 
 def paths_of(evaluator, *inner):
@@ -224,6 +226,16 @@ def test_phases_add_up(evaluator):
     seconds = run.result().seconds
     assert 0.02 <= seconds["sort"] < 1
     assert sum(value for name, value in seconds.items() if name != "total") <= seconds["total"]
+
+
+def test_compiling_belongs_to_no_other_phase(evaluator):
+    run = Run(evaluator, Options())
+    with run.phase("link"), event.trigger_event(COMPILING):
+        time.sleep(0.1)
+    run.record(0, run.fitness(paths_of(evaluator, FREE)))
+    seconds = run.result().seconds
+    assert seconds["link"] < 0.05
+    assert 0.1 <= seconds["compiling"] < seconds["total"]
 
 
 def test_roulette_follows_fitness():

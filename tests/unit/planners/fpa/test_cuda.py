@@ -47,7 +47,8 @@ def has_gpu():
 @pytest.mark.ci  # Numba's simulator is slow.
 # With these seeds 2-opt, a step, and 2-opt again improve a solution.
 @pytest.mark.parametrize(
-    ("waypoints", "threads", "width", "seed"), [(4, 5, 2, 18), (4, 32, 15, 18), (2, 7, 1, 59)]
+    ("waypoints", "threads", "width", "seed"),
+    [(4, 5, 2, 18), pytest.param(4, 32, 15, 18, marks=pytest.mark.long), (2, 7, 1, 59)],
 )
 def test_simulated_gpu_equals_the_cpu(make_evaluator, tmp_path, waypoints, threads, width, seed):
     iterations, every, stride = 4, 1, 3

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pathgene.host.evaluation.geometry import smooth
-from pathgene.host.planners.chip import detours as module
-from pathgene.host.planners.chip.detours import detours
+from pathgene.host.planners.grid import detours as module
+from pathgene.host.planners.grid.detours import detours
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules

@@ -21,7 +21,7 @@ def repair(evaluator: Evaluator, path: Path) -> Path | None:
     """Return an infeasible path repaired in the most promising way, or None if that fails.
 
     A path that meets a zone or has no room for a turn gets a new route at the nearer end, or else
-    at the farther one: the shortest of :func:`~pathgene.host.planners.chip.detours.detours` that is
+    at the farther one: the shortest of :func:`~pathgene.host.planners.grid.detours.detours` that is
     feasible. The same applies to a path that breaks limits only within two turn radii of an end, or
     is only too steep from there on. Any other path, and every path with ``as_paper``, gets the
     cheapest altitudes at its waypoints, which may still break a limit.
@@ -53,7 +53,7 @@ def load_repairs(evaluator: Evaluator, path: Path) -> None:
 
     This repairs a path of the problem whose waypoints were moved below the ground.
     """
-    from pathgene.host.planners.chip.detours import load_ways
+    from pathgene.host.planners.grid.detours import load_ways
 
     load_ways()
     sunk = np.insert(path, 1, path[:2].mean(axis=0), axis=0)
@@ -65,7 +65,7 @@ def load_repairs(evaluator: Evaluator, path: Path) -> None:
 
 
 def _detoured(evaluator: Evaluator, path: Path, *, at_goal: bool) -> Path | None:
-    from pathgene.host.planners.chip.detours import detours
+    from pathgene.host.planners.grid.detours import detours
 
     for end in (at_goal, not at_goal):
         paths, lengths = detours(evaluator.problem, path, at_goal=end)

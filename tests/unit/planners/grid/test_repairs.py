@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.planners.chip.repairs import load_repairs, repair
+from pathgene.host.planners.grid.repairs import load_repairs, repair
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Zone

@@ -1,0 +1,44 @@
+"""Planted problems: safe by construction, repeatable, and counted."""
+
+import numpy as np
+import pytest
+
+from bench.complete import row, run
+from bench.planted import CLAIMED, FAMILIES, TUNING, planted
+from bench.report import Options
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_the_strict_rule_accepts_each_planted_path(family):
+    one, again, other = planted(family, 3), planted(family, 3), planted(family, 4)
+    assert Evaluator(one.problem, threads=1).evaluate(one.path).feasible
+    assert np.array_equal(one.path, again.path)
+    assert not np.array_equal(one.path, other.path)
+
+
+def test_claimed_seeds_are_not_used_for_tuning():
+    assert not set(TUNING) & set(CLAIMED)
+    assert len(FAMILIES) == 10
+
+
+def test_counts_fallbacks_apart():
+    def outcome(by_astar, by_chip, fallback, seconds):
+        return {
+            "astar": {"feasible": by_astar, "cpu_seconds": seconds},
+            "ga-chip": {"feasible": by_chip, "fallback": fallback, "cpu_seconds": 2 * seconds},
+        }
+
+    outcomes = [
+        outcome(True, True, None, 1.0),
+        outcome(True, True, "astar", 2.0),
+        outcome(False, True, "fpa-2opt", 3.0),
+        outcome(False, False, None, 6.0),
+    ]
+    assert row(outcomes) == (2, 1, 3, 1, 1, 3.0, 6.0, 6.0)
+
+
+def test_refuses_an_unknown_family():
+    with pytest.raises(InputError, match=r"^No family has 'moat' in its name; there are maze, gap"):
+        run(Options(only="moat"))

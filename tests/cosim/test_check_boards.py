@@ -138,7 +138,7 @@ def test_plans_with_counted_collisions_as_the_model(config, evaluator):
     assert board.hardware["cycles"]["feasibility"] == model.hardware["cycles"]["feasibility"] > 0
 
 
-@pytest.mark.ci
+@pytest.mark.long
 def test_icarus_agrees(pair, icarus):
     chips = pair(CHECKERS["parallel"], sim="icarus")
     chips.start()

@@ -67,7 +67,7 @@ def evaluator():
     return Evaluator(Problem(terrain, (500, 500, 200), (5500, 700, 220), uav), threads=1)
 
 
-@pytest.mark.parametrize("ends_by", ["generations", "cycles"])
+@pytest.mark.parametrize("ends_by", [pytest.param("generations", marks=pytest.mark.long), "cycles"])
 def test_replans_on_the_gates_take_the_time_that_is_stated(evaluator, monkeypatch, ends_by):
     limit = getattr(chip_replanner.replan_options(CONFIG, 0), ends_by)
     others = {"until_feasible": False, "generations": 10**6, "cycles": 10**6, ends_by: limit}

@@ -182,7 +182,7 @@ def test_tiny_map(lanes, rows, latency, bits):
             assert (share > 0.3) == (rows >= 64)
 
 
-@pytest.mark.ci
+@pytest.mark.long
 def test_more_lanes_than_corners_of_most_segments():
     config = TINY.replace(map_size=16, lanes=16, altitude_bits=9)
     rng = np.random.default_rng(16)

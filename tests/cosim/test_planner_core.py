@@ -116,7 +116,8 @@ def fly(config, rows, seed, runs, generations, builds=None, text=None):
 @pytest.mark.parametrize(
     ("config", "rows", "runs", "generations"),
     [
-        pytest.param(SMALL, 64, 60, 120, id="small"),
+        # The usual chip has the same parts, and a stop in many cycles is one of a small chip.
+        pytest.param(SMALL, 64, 60, 120, id="small", marks=pytest.mark.long),
         # Longer paths and a larger map are also in the usual chip.
         pytest.param(MEDIUM, 256, 60, 100, id="medium", marks=pytest.mark.long),
         pytest.param(USUAL, 512, 4, 40, id="usual"),

@@ -213,7 +213,7 @@ def check(config, job, expected, raw):
 @pytest.mark.parametrize(
     ("config", "maps", "runs", "most_shift"),
     [
-        (SMALL, 10, 5, 0),
+        pytest.param(SMALL, 10, 5, 0, marks=pytest.mark.long),
         (USUAL, 4, 5, 4),
         pytest.param(LARGE, 1, 4, 3, marks=pytest.mark.long),
         pytest.param(SMALL, 400, 5, 0, marks=pytest.mark.long),

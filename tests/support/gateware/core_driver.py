@@ -1,10 +1,9 @@
 """Driver of the paper core and its model in the Amaranth simulator."""
 
 import collections
+import functools
 import itertools
 import random
-
-from amaranth.sim import Simulator
 
 from pathgene.hdl.config import CheckerBuild
 from pathgene.hdl.ga_core_top import PaperCoreTop
@@ -12,6 +11,8 @@ from pathgene.hdl.protocol.codes import ChipState
 from pathgene.sim.model import core as model
 from pathgene.sim.model.checker import TerrainModel
 from pathgene.sim.model.mutation import Limits
+from tests.support.gateware import streams
+from tests.support.gateware.streams import shared
 
 
 class Driver:
@@ -208,15 +209,8 @@ class Driver:
 
 
 def simulate(config, bench):
-    dut = PaperCoreTop(config)
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-
-    async def testbench(ctx):
-        await bench(ctx, dut)
-
-    simulator.add_testbench(testbench)
-    simulator.run()
+    dut = shared(PaperCoreTop, config)
+    streams.simulate(dut, functools.partial(bench, dut=dut))
 
 
 def shuffled(rng, config):

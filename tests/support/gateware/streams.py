@@ -4,6 +4,7 @@ import functools
 import inspect
 import itertools
 
+from amaranth.hdl import ResetInserter, Signal
 from amaranth.sim import Simulator
 
 
@@ -44,15 +45,58 @@ def collect(stream, into, pauses=(0,)):
     return bench
 
 
-def simulate(dut, *benches, background=()):
-    """Run ``benches`` on ``dut`` until all have ended; ``background`` benches end then."""
-    simulator = Simulator(dut)
+@functools.cache
+def shared(make, *sizes, **named):
+    """Return ``make(*sizes, **named)``, the same design in every call.
+
+    Its simulations need one elaboration, which takes longer than most of them run.
+    """
+    return make(*sizes, **named)
+
+
+@functools.cache
+def resettable(dut):
+    """Return a top level in which a signal resets a shared design, and the signal."""
+    reset = Signal()
+    return ResetInserter(reset)(dut), reset
+
+
+#: Maximum number of simulators that are kept; a module uses few at a time.
+_KEPT = 8
+
+
+@functools.lru_cache(_KEPT)
+def _simulator(dut, front, back):
+    """Return a simulator of ``dut`` and the list of its benches, the last ``back`` in background.
+
+    The list is empty; a run fills it.
+    """
+    simulator, benches = Simulator(dut), []
     simulator.add_clock(1e-8, if_exists=True)
-    for bench in benches:
-        simulator.add_testbench(bench)
-    for bench in background:
-        simulator.add_testbench(bench, background=True)
-    simulator.run()
+    for number in range(front + back):
+
+        async def bench(ctx, number=number):
+            await benches[number](ctx)
+
+        simulator.add_testbench(bench, background=number >= front)
+    return simulator, benches
+
+
+def simulate(dut, *benches, background=()):
+    """Run ``benches`` on ``dut`` until all have ended; ``background`` benches end then.
+
+    Each simulation begins with the initial values of all signals and memories.
+    """
+    simulator, running = _simulator(dut, len(benches), len(background))
+    if running:
+        simulator.reset()
+    running[:] = *benches, *background
+    try:
+        simulator.run()
+    except BaseException:
+        # The triggers of an interrupted step would act in the next simulation.
+        _simulator.cache_clear()
+        raise
 
 
 def as_test(run):
@@ -77,7 +121,7 @@ def on(make):
     """Make a test of an async bench of ``ctx`` and ``dut``, a design that ``make`` returns."""
 
     def run(bench):
-        dut = make()
+        dut = shared(make)
         simulate(dut, functools.partial(bench, dut=dut))
 
     return as_test(run)

@@ -3,9 +3,9 @@
 import itertools
 from dataclasses import dataclass, field
 
-from amaranth.hdl import Cat, ResetInserter, Signal
+from amaranth.hdl import Cat
 
-from tests.support.gateware.streams import pulse, simulate
+from tests.support.gateware.streams import pulse, resettable, simulate
 from tests.support.planner.cases import corner, upload
 from tests.support.planner.scorer_cases import problem_fields
 
@@ -49,7 +49,7 @@ def run(dut, evaluator, paths, pauses=(0,), *, resets=()):
     The paths are offered again after a reset. ``pauses`` are the cycles before keys are taken,
     repeated.
     """
-    reset = Signal()
+    top, reset = resettable(dut)
     found = None
 
     async def bench(ctx):
@@ -66,7 +66,7 @@ def run(dut, evaluator, paths, pauses=(0,), *, resets=()):
                 ctx.set(dut.points.valid, 0)
                 await pulse(ctx, reset)
 
-    simulate(ResetInserter({"sync": reset})(dut), bench)
+    simulate(top, bench)
     return found
 
 

@@ -14,7 +14,7 @@ from pathgene.hdl.planner.evolver import Evolver
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.sim.model import random_source
 from pathgene.sim.model.planner.evaluation import NO_LIMIT
-from tests.support.gateware.streams import pulse, simulate
+from tests.support.gateware.streams import pulse, shared, simulate
 from tests.support.planner import cases as planner_cases
 from tests.support.planner.plain import Evaluator, Waypoint, breed
 from tests.support.planner.population import corner, waypoint
@@ -111,7 +111,7 @@ class Bench:
         ground = planner_cases.ground(config, rng)
         self.evaluator = Evaluator(config, self.record, ground, 0)
         self.ends = self.evaluator.ends
-        self.top = WithSource(config, islands)
+        self.top = shared(WithSource, config, islands)
         self.dut = self.top.evolver
         self.cycles = []
         self.keys = []

@@ -9,7 +9,7 @@ from pathgene.hdl.protocol.codes import Command, Status, StickyError
 from pathgene.hdl.protocol.messages import map_request, start_request
 from tests.support.gateware import refusals
 from tests.support.gateware.chips import TINY
-from tests.support.gateware.streams import collect, put, simulate
+from tests.support.gateware.streams import collect, put, shared, simulate
 
 
 CONFIG = TINY
@@ -38,7 +38,7 @@ class Chip:
     """Drives a command receiver as the control unit does, body by body."""
 
     def __init__(self, pauses=(0,), config=CONFIG):
-        self.unit = CommandReceiver(config)
+        self.unit = shared(CommandReceiver, config)
         self.has_map = config.checker is not CheckerBuild.NONE
         self.has_checker = config.checks_paths
         self.has_core = config.paper_core

@@ -4,12 +4,12 @@ import pytest
 
 from pathgene.hdl.command.field_decoder import FieldDecoder, HeaderComparator, request_fields
 from pathgene.hdl.config import Config
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import shared, simulate
 
 
 def compare(cases):
     """Return the outputs for ``cases``, dictionaries of inputs, 1 cycle after each."""
-    unit = HeaderComparator()
+    unit = shared(HeaderComparator)
     outcomes = []
 
     async def bench(ctx):

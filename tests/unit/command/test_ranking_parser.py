@@ -7,7 +7,7 @@ import pytest
 from pathgene.hdl.command.ranking_parser import RankingParser
 from pathgene.hdl.protocol.codes import Status
 from tests.support.gateware.payloads import hand_over
-from tests.support.gateware.streams import collect
+from tests.support.gateware.streams import collect, shared
 
 
 SLOTS = 16
@@ -19,7 +19,7 @@ def ranks_of(payloads, *, identity=0, repeated=False, pauses=(0,), delay=3):
 
     The core applies an order ``delay`` cycles after its last rank.
     """
-    unit = RankingParser(SLOTS)
+    unit = shared(RankingParser, SLOTS)
     ranks = []
 
     async def apply(ctx):

@@ -20,7 +20,7 @@ from pathgene.hdl.protocol.messages import (
 )
 from pathgene.hdl.protocol.paths import pack_paths
 from tests.support.gateware.chips import TINY
-from tests.support.gateware.streams import collect, put, simulate
+from tests.support.gateware.streams import collect, put, shared, simulate
 
 
 CONFIG = TINY.replace(altitude_bits=12, checker="parallel")
@@ -54,7 +54,7 @@ async def ask(ctx, unit, replies, bodies, times=2, **answer):
 def answers(kind, *, slot=0, count=0, plain=0, pauses=(0,), seed=1, times=1):
     """Return the bodies sent for ``kind``, the registers after them, and the paths read."""
     rng = random.Random(seed)
-    unit = ReplyTransmitter(CONFIG)
+    unit = shared(ReplyTransmitter, CONFIG)
     paths = [
         [rng.getrandbits(CONFIG.waypoint_bits) for _ in range(rng.randint(2, 4))] for _ in range(8)
     ]
@@ -157,7 +157,7 @@ def test_recipe_sums_up_the_whole_population(pauses):
 def checked_answers(kind, *, checked, slot=0, count=0, pauses=(0,)):
     """Return two bodies sent for ``kind``, the totals, and the requests for results."""
     rng = random.Random(3)
-    unit = ReplyTransmitter(CONFIG.replace(checker=CheckerBuild.PARALLEL))
+    unit = shared(ReplyTransmitter, CONFIG.replace(checker=CheckerBuild.PARALLEL))
     totals = random_fields(check_reply(CONFIG), rng)
     replies, bodies, reads = [], [], []
 
@@ -220,7 +220,7 @@ def run_answers(kind, *, records=b"", pauses=(0,), ticking=False):
     With ``ticking``, the cycles of the run continue.
     """
     rng = random.Random(4)
-    unit = ReplyTransmitter(PLANNER)
+    unit = shared(ReplyTransmitter, PLANNER)
     status = random_fields(status_reply(PLANNER), rng)
     if ticking:
         status["cycles"] = 0xFFF8

@@ -9,7 +9,7 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.protocol.codes import Status
 from pathgene.hdl.protocol.paths import pack_paths
 from tests.support.gateware.payloads import hand_over
-from tests.support.gateware.streams import collect
+from tests.support.gateware.streams import collect, shared
 
 
 CONFIG = Config(max_waypoints=5)
@@ -18,7 +18,7 @@ PAUSES = pytest.mark.parametrize("pauses", [(0,), (0, 6, 1)], ids=["steady", "st
 
 
 def taken(payloads, *, repeated=False, pauses=(0,)):
-    unit = PointParser(CONFIG.coordinate_bits, CONFIG.altitude_bits, CONFIG.max_waypoints)
+    unit = shared(PointParser, CONFIG.coordinate_bits, CONFIG.altitude_bits, CONFIG.max_waypoints)
     points = []
 
     outcomes = hand_over(

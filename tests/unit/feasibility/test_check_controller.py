@@ -17,7 +17,7 @@ from pathgene.hdl.protocol.messages import check_paths_request, check_reply
 from pathgene.hdl.protocol.paths import pack_paths
 from pathgene.sim.model.check_commands import CheckingModel
 from tests.support.gateware.chips import SMALL, TINY, random_path, random_paths
-from tests.support.gateware.streams import collect, pulse, put, simulate
+from tests.support.gateware.streams import collect, pulse, put, shared, simulate
 
 
 CONFIG = TINY.replace(population=16, children=8, survivors=6, max_waypoints=5, checker="parallel")
@@ -200,7 +200,7 @@ class Chip(wiring.Component):
     """The unit with the checker that it serves."""
 
     def __init__(self, config):
-        self.unit = CheckController(config)
+        self.unit = shared(CheckController, config)
         self.checker = Checker(config)
         super().__init__({})
 

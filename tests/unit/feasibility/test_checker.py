@@ -8,7 +8,7 @@ from pathgene.hdl.feasibility.check_controller import CheckController
 from pathgene.hdl.feasibility.checker import Checker
 from pathgene.hdl.feasibility.feasibility import Feasibility
 from tests.support.gateware.checker_cases import upload
-from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.streams import put, shared, simulate
 
 
 @pytest.mark.parametrize(("build", "lanes"), [("two-tier", 1), ("parallel", 4)])
@@ -17,7 +17,7 @@ def test_busy_until_the_last_point_of_a_path_that_collides_early(build, lanes):
     config = Config(
         max_waypoints=4, map_size=16, coarse_factor=4, altitude_bits=4, checker=build, lanes=lanes
     )
-    dut = Checker(config)
+    dut = shared(Checker, config)
     heights = np.zeros((16, 16), dtype=int)
     heights[0, 2] = 9
     steps = []

@@ -10,7 +10,7 @@ from pathgene.hdl.feasibility.feasibility import Feasibility
 from pathgene.sim.model.checker import check_path
 from pathgene.sim.model.checker_cycles import batch_cycles
 from tests.support.gateware.checker_cases import ground, paths_of, random_batch, upload
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import shared, simulate
 
 
 CONFIG = Config(
@@ -37,7 +37,7 @@ def test_equals_model(config, count):
     rng = np.random.default_rng(5)
     terrain = ground(config, rng, peaks=0.03, blocked=0.01)
     paths = paths_of(random_batch(config, rng, 24))
-    dut = Feasibility(config)
+    dut = shared(Feasibility, config)
     memory = {}
     flags = []
 

@@ -7,7 +7,7 @@ import pytest
 
 from pathgene.hdl.config import Config, MutationKind
 from pathgene.hdl.ga_core.chromosome import ChildIndex, Chromosome, ReadIndex
-from tests.support.gateware.streams import on, pulse, simulate
+from tests.support.gateware.streams import on, pulse, shared, simulate
 
 
 CONFIG = Config(max_waypoints=7)
@@ -64,7 +64,7 @@ async def test_index_stays_without_advance(ctx, dut):
 
 def test_banks_and_halves_keep_what_is_written():
     """All places of both banks are tried; both halves are written at once while a bank is read."""
-    dut = Chromosome(**SIZES)
+    dut = shared(Chromosome, **SIZES)
     rng = random.Random(1)
     places = range(CONFIG.max_waypoints - CONFIG.head_size)
     held = {}
@@ -174,7 +174,7 @@ async def test_every_child(ctx, dut, number):
 
 
 def test_rewritten_path_lies_in_order():
-    dut = ChildIndex(**CHILD_SIZES)
+    dut = shared(ChildIndex, **CHILD_SIZES)
     order = [("head", at) for at in range(HEAD_SIZE)]
     order += [("tail", at) for at in range(TAIL_SIZE)]
 

@@ -7,12 +7,12 @@ import pytest
 from pathgene.hdl.config import Config
 from pathgene.hdl.ga_core.crossover import Crossover, parents_of
 from pathgene.hdl.protocol.breeding import crossover
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import shared, simulate
 
 
 def breed(config, pairs):
     """Return the children of each pair of parents, as heads and tails."""
-    dut = Crossover(config.waypoint_bits, config.max_waypoints)
+    dut = shared(Crossover, config.waypoint_bits, config.max_waypoints)
     bred = []
 
     async def testbench(ctx):

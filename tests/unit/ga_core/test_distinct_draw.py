@@ -7,7 +7,7 @@ import pytest
 
 from pathgene.hdl.ga_core.distinct_draw import DistinctDraw
 from pathgene.sim.model import selection as model
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import shared, simulate
 
 
 CLEAR = "clear"
@@ -64,7 +64,7 @@ def predict(dut, script):
     [(5, 3, 3, 1), (4, 4, 2, 1), (3, 2, 2, 2), (2, 1, 3, 1)],
 )
 def test_every_sequence(total, count, draw_bits, best_of):
-    dut = DistinctDraw(total=total, count=count, draw_bits=draw_bits, best_of=best_of)
+    dut = shared(DistinctDraw, total=total, count=count, draw_bits=draw_bits, best_of=best_of)
     raws = list(itertools.product(range(1 << draw_bits), repeat=best_of))
     sequences = list(itertools.product(raws, repeat=count))
     script = []
@@ -88,7 +88,7 @@ def test_every_sequence(total, count, draw_bits, best_of):
 def test_every_cycle_of_a_random_script(total, count, first, best_of):
     """Draws come singly and back to back, and clears at any time."""
     rng = random.Random(total + count)
-    dut = DistinctDraw(total=total, count=count, draw_bits=24, first=first, best_of=best_of)
+    dut = shared(DistinctDraw, total=total, count=count, draw_bits=24, first=first, best_of=best_of)
     script, taken = [], 0
     for _ in range(60):
         busy = rng.choice((0.5, 1.0))
@@ -109,6 +109,6 @@ def test_every_cycle_of_a_random_script(total, count, first, best_of):
 
 
 def test_latency():
-    dut = DistinctDraw(total=6, count=1, draw_bits=4)
+    dut = shared(DistinctDraw, total=6, count=1, draw_bits=4)
     seen = run(dut, [(15,), *[IDLE] * LATENCY])
     assert seen == [(0,)] * LATENCY + [(5,)]

@@ -12,7 +12,7 @@ from pathgene.sim.model.mutation import Limits
 from pathgene.sim.model.mutation import Mutation as Model
 from pathgene.sim.model.selection import Draws
 from tests.support.gateware.chips import TINY
-from tests.support.gateware.streams import as_test, simulate
+from tests.support.gateware.streams import as_test, shared, simulate
 
 
 SMALL = TINY.replace(
@@ -123,7 +123,7 @@ def check(ctx, dut, case):
 
 
 def run_bench(config, bench):
-    dut = Mutation(config)
+    dut = shared(Mutation, config)
 
     async def testbench(ctx):
         await bench(ctx, dut)

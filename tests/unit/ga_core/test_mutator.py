@@ -10,7 +10,7 @@ from pathgene.hdl.ga_core.crossover import parents_of
 from pathgene.hdl.ga_core.layouts import limits_layout, offset_layout
 from pathgene.hdl.ga_core.mutator import MutationPlan, Mutator, WaypointPerturber
 from pathgene.sim.model.mutation import clamp
-from tests.support.gateware.streams import on, pulse, simulate
+from tests.support.gateware.streams import on, pulse, shared, simulate
 
 
 MUTATORS, CROSSOVERS, MAX_WAYPOINTS = 5, 3, 9
@@ -86,7 +86,7 @@ FORBIDDEN = {MutationKind.PERTURB: None, MutationKind.INSERT: 5, MutationKind.DE
 @pytest.mark.parametrize("kind", MutationKind)
 def test_records_with_store_alone(kind):
     """Every length is tried, with and without a new waypoint."""
-    dut = Mutator(**{**MUTATOR_SIZES, "kind": kind})
+    dut = shared(Mutator, **{**MUTATOR_SIZES, "kind": kind})
     makes = kind is not MutationKind.DELETE
 
     async def bench(ctx):
@@ -118,7 +118,7 @@ def test_records_with_store_alone(kind):
 
 @pytest.mark.parametrize("kind", MutationKind)
 def test_only_a_deleting_mutator_makes_no_waypoint(kind):
-    dut = Mutator(**{**MUTATOR_SIZES, "kind": kind})
+    dut = shared(Mutator, **{**MUTATOR_SIZES, "kind": kind})
     for name in ("made", "waypoint", "patch"):
         assert hasattr(dut, name) == (kind is not MutationKind.DELETE)
 
@@ -134,7 +134,7 @@ PERTURBER_SIZES = {
 
 def test_moves_the_waypoint_of_its_plan_within_the_limits():
     """Every parent and position is tried, at the earliest 2 cycles after the last waypoint."""
-    dut = WaypointPerturber(**PERTURBER_SIZES)
+    dut = shared(WaypointPerturber, **PERTURBER_SIZES)
     axes = PERTURBER_SIZES["limits_layout"]
 
     async def bench(ctx):

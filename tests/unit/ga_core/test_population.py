@@ -4,14 +4,13 @@ import itertools
 import random
 
 import pytest
-from amaranth.hdl import ResetInserter, Signal
 
 from pathgene.hdl.config import CheckerBuild, MutationKind
 from pathgene.hdl.ga_core.crossover import parents_of
 from pathgene.hdl.ga_core.population import Population
 from pathgene.hdl.ga_core.read_ports import PEEK_LATENCY
 from tests.support.gateware.chips import TINY, random_path, random_paths
-from tests.support.gateware.streams import as_test, pulse, put, simulate
+from tests.support.gateware.streams import as_test, pulse, put, resettable, shared, simulate
 
 
 SMALL = TINY.replace(inserts=2, max_waypoints=5)
@@ -127,7 +126,7 @@ async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
 
 def bench_of(function, config=SMALL):
     """Run ``function(ctx, dut)`` as the only test bench."""
-    dut = Population(config)
+    dut = shared(Population, config)
 
     async def testbench(ctx):
         ctx.set(dut.allow, 1)
@@ -163,7 +162,7 @@ def test_reads_return_writes(max_waypoints, pauses):
 
 
 def test_cycles_of_a_read():
-    dut = Population(SMALL)
+    dut = shared(Population, SMALL)
     words = []
     rng = random.Random(2)
     paths = [random_path(SMALL, rng) for _ in range(3)]
@@ -359,8 +358,8 @@ async def test_loading_a_path_discards_its_mutation(ctx, dut):
 @pytest.mark.parametrize("cycles", [1, 2])
 def test_reset_discards_mutations(cycles):
     """Each path read ahead afterwards has two waypoints from bank 0, and no patch."""
-    dut = Population(SMALL)
-    rst = Signal()
+    dut = shared(Population, SMALL)
+    top, rst = resettable(dut)
 
     async def testbench(ctx):
         rng = random.Random(11)
@@ -380,4 +379,4 @@ def test_reset_discards_mutations(cycles):
         paths = await breed(ctx, dut, paths, carried)
         assert await read(ctx, dut, 0, SMALL.population) == paths
 
-    simulate(ResetInserter(rst)(dut), testbench)
+    simulate(top, testbench)

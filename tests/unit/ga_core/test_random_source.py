@@ -7,12 +7,12 @@ import pytest
 from pathgene.hdl.ga_core.random_source import RandomSource, Trivium
 from pathgene.hdl.protocol.random_words import LANES, WARM_UP_STEPS
 from pathgene.sim.model import random_source as model
-from tests.support.gateware.streams import pulse, simulate
+from tests.support.gateware.streams import pulse, shared, simulate
 
 
 def run(script):
     """Drive ``(seed or None, step)`` cycle by cycle; return ``(ready, words)`` in each cycle."""
-    dut = RandomSource()
+    dut = shared(RandomSource)
     seen = []
 
     async def testbench(ctx):
@@ -91,7 +91,7 @@ def test_every_cycle_of_a_random_script():
 
 
 def test_lane_takes_its_iv():
-    dut = Trivium(iv=0xFEDCBA98765432100123)
+    dut = shared(Trivium, iv=0xFEDCBA98765432100123)
     expected = model.Trivium(3, 0xFEDCBA98765432100123)
 
     async def testbench(ctx):

@@ -12,12 +12,12 @@ from pathgene.hdl.ga_core.read_ports import (
     ReadPointer,
 )
 from tests.support.gateware.chips import TINY
-from tests.support.gateware.streams import on, simulate
+from tests.support.gateware.streams import on, shared, simulate
 
 
 @pytest.mark.parametrize("most", [3, 6, 16, 20])
 def test_as_many_cycles_as_the_longest_path_has_waypoints(most):
-    dut = PositionCounter(ports=21, max_waypoints=most)
+    dut = shared(PositionCounter, ports=21, max_waypoints=most)
 
     async def bench(ctx):
         rng = random.Random(most)

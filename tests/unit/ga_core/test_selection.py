@@ -4,7 +4,7 @@ import dataclasses
 import random
 
 import pytest
-from amaranth.hdl import Fragment, ResetInserter, Signal
+from amaranth.hdl import Fragment
 
 from pathgene.hdl.config import CheckerBuild, Config, SurvivorSelection
 from pathgene.hdl.ga_core.selection import Selection
@@ -12,7 +12,7 @@ from pathgene.hdl.protocol.random_words import WARM_UP_STEPS
 from pathgene.sim.model import selection as model
 from pathgene.sim.model.random_source import RandomSource
 from tests.support.gateware.chips import TINY
-from tests.support.gateware.streams import pulse, simulate
+from tests.support.gateware.streams import pulse, resettable, shared, simulate
 
 
 # Each has the latency of its unit.
@@ -47,7 +47,7 @@ def outputs(ctx, dut):
 
 def run(config, script):
     """Drive ``(seed or None, next)`` cycle by cycle; return the set of each cycle, or None."""
-    dut = Selection(config)
+    dut = shared(Selection, config)
     seen = []
 
     async def testbench(ctx):
@@ -103,7 +103,7 @@ def test_latency(config, latency):
     script = [(None, 0)] * first + [(None, 1)] + [(None, 0)] * latency
     ready = [draws is not None for draws in run(config, script)]
     assert ready == [False] * first + [True] + [False] * (latency - 1) + [True]
-    dut = Selection(config)
+    dut = shared(Selection, config)
     Fragment.get(dut, None)
     assert dut.latency == latency
 
@@ -116,7 +116,7 @@ def test_default_set_is_ready_before_a_full_generation_ends():
 def test_offsets_are_taken():
     """All or some are taken, with or without pauses; the next set is complete again."""
     config = TINY.replace(checker=CheckerBuild.PARALLEL, inserts=2, deletes=1, redraws=3)
-    dut = Selection(config)
+    dut = shared(Selection, config)
     rng = random.Random(5)
     unit, source = model.Selection(config), RandomSource(0)
 
@@ -154,8 +154,8 @@ def test_reset_in_every_cycle_of_a_set():
     config, latency = CASES["small"]
     unit = model.Selection(config)
     expected = unit.draw(RandomSource(0))
-    dut = Selection(config)
-    rst = Signal()
+    dut = shared(Selection, config)
+    top, rst = resettable(dut)
 
     async def testbench(ctx):
         for wait in range(latency + 2):
@@ -173,4 +173,4 @@ def test_reset_in_every_cycle_of_a_set():
         assert ctx.get(dut.ready)
         assert outputs(ctx, dut) == expected
 
-    simulate(ResetInserter(rst)(dut), testbench)
+    simulate(top, testbench)

@@ -6,7 +6,7 @@ import pytest
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.ga_core.slot_mapping import SlotMapping
-from tests.support.gateware.streams import as_test, pulse, simulate
+from tests.support.gateware.streams import as_test, pulse, shared, simulate
 
 
 CONFIG = Config()
@@ -61,7 +61,7 @@ class Bench:
 
 
 def run_bench(function):
-    dut = SlotMapping(**SIZES)
+    dut = shared(SlotMapping, **SIZES)
 
     async def testbench(ctx):
         await function(ctx, dut)

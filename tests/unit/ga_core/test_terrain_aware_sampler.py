@@ -10,7 +10,7 @@ from pathgene.hdl.ga_core.layouts import limits_layout, offset_layout
 from pathgene.hdl.ga_core.read_ports import PEEK_LATENCY
 from pathgene.hdl.ga_core.terrain_aware_sampler import TerrainAwareSampler
 from tests.support.gateware.chips import TINY
-from tests.support.gateware.streams import as_test, simulate
+from tests.support.gateware.streams import as_test, shared, simulate
 
 
 SMALL = TINY.replace(
@@ -197,7 +197,7 @@ class Bench:
 
 
 def bench_of(function, config=SMALL, seed=1):
-    dut = TerrainAwareSampler(**sizes_of(config))
+    dut = shared(TerrainAwareSampler, **sizes_of(config))
 
     async def testbench(ctx):
         ctx.set(dut.settled, 1)

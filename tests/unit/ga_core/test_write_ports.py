@@ -5,7 +5,7 @@ import random
 import pytest
 
 from pathgene.hdl.ga_core.write_ports import PathCopier, WriteDecoder
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import shared, simulate
 
 
 POPULATION = 8
@@ -14,7 +14,7 @@ SIZES = {"population": POPULATION, "waypoint_bits": 12, "max_waypoints": 5, "par
 
 @pytest.mark.parametrize("max_waypoints", [3, 5, 8])
 def test_outputs_belong_to_the_waypoint_of_the_cycle_before(max_waypoints):
-    dut = WriteDecoder(**{**SIZES, "max_waypoints": max_waypoints})
+    dut = shared(WriteDecoder, **{**SIZES, "max_waypoints": max_waypoints})
     head_size = max_waypoints // 2
 
     async def bench(ctx):
@@ -47,7 +47,7 @@ def test_outputs_belong_to_the_waypoint_of_the_cycle_before(max_waypoints):
 
 @pytest.mark.parametrize("most", [3, 5, 8])
 def test_every_length_lies_in_order(most):
-    dut = PathCopier(12, most)
+    dut = shared(PathCopier, 12, most)
     head_size = most // 2
     places = [("head", at) for at in range(head_size)]
     places += [("tail", at) for at in range(most - head_size)]

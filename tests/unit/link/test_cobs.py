@@ -7,7 +7,7 @@ import pytest
 from cobs import cobs
 
 from pathgene.hdl.link.cobs import CobsDecoder, CobsEncoder
-from tests.support.gateware.streams import drive, simulate, watch
+from tests.support.gateware.streams import drive, shared, simulate, watch
 
 
 # Every string of up to four of the relevant bytes, then lengths around a full block.
@@ -26,7 +26,7 @@ LONG = [
 
 def decode(frames):
     """Return the gateware's decoding of each of ``frames``, None for a broken frame."""
-    dut = CobsDecoder()
+    dut = shared(CobsDecoder)
     decoded = []
 
     async def send(ctx):
@@ -78,7 +78,7 @@ def test_skips_empty_frames():
 
 def encode(frames, pauses=(0,), source_pauses=(0,)):
     """Return the encoded bytes of ``frames`` and their cycles."""
-    dut = CobsEncoder()
+    dut = shared(CobsEncoder)
     taken = []
 
     async def send(ctx):

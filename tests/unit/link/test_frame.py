@@ -11,7 +11,7 @@ from pathgene.hdl.link.frame import FrameReceiver, FrameTransmitter
 from pathgene.hdl.protocol.codec import encode_frame, frame_crc
 from pathgene.hdl.protocol.codes import StickyError
 from pathgene.sim.model.requests import FrameReceiverModel
-from tests.support.gateware.streams import drive, simulate, watch
+from tests.support.gateware.streams import drive, shared, simulate, watch
 
 
 CONFIG = Config(receive_buffer=256)
@@ -32,7 +32,7 @@ class Receiver:
     """Bench of a receiver that records its frames and errors in order, with their cycles."""
 
     def __init__(self, config=CONFIG, pauses=(0,)):
-        self.dut = FrameReceiver(config.receive_buffer)
+        self.dut = shared(FrameReceiver, config.receive_buffer)
         self.pauses = pauses
         self.words = []
         self.errors = []
@@ -238,7 +238,7 @@ def test_latency():
 
 
 def test_line_is_busy_inside_a_frame():
-    dut = FrameReceiver(CONFIG.receive_buffer)
+    dut = shared(FrameReceiver, CONFIG.receive_buffer)
     busy = []
 
     async def scenario(ctx):
@@ -254,7 +254,7 @@ def test_line_is_busy_inside_a_frame():
 
 def transmit(bodies, pauses=(0,), source_pauses=(0,)):
     """Return the bytes of the frames of ``bodies`` and their cycles."""
-    dut = FrameTransmitter()
+    dut = shared(FrameTransmitter)
     taken = []
 
     async def send(ctx):

@@ -3,7 +3,7 @@
 from pathgene.hdl.link.line import Line
 from pathgene.hdl.protocol.codes import StickyError
 from tests.support.gateware.chips import SMALL
-from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.streams import put, shared, simulate
 
 
 BIT = SMALL.clocks_per_bit
@@ -18,7 +18,7 @@ async def receive(ctx, dut, byte):
 
 def test_counts_received_bytes():
     """Bytes of damaged frames count, too."""
-    dut = Line(SMALL.clocks_per_bit, SMALL.receive_buffer)
+    dut = shared(Line, SMALL.clocks_per_bit, SMALL.receive_buffer)
     counted = []
 
     async def bench(ctx):
@@ -34,7 +34,7 @@ def test_counts_received_bytes():
 
 
 def test_counts_sent_bytes_until_sending_ends():
-    dut = Line(SMALL.clocks_per_bit, SMALL.receive_buffer)
+    dut = shared(Line, SMALL.clocks_per_bit, SMALL.receive_buffer)
     pulses = []
 
     async def bench(ctx):
@@ -54,7 +54,7 @@ def test_counts_sent_bytes_until_sending_ends():
 
 
 def test_a_frame_that_is_too_short_is_malformed():
-    dut = Line(SMALL.clocks_per_bit, SMALL.receive_buffer)
+    dut = shared(Line, SMALL.clocks_per_bit, SMALL.receive_buffer)
     errors = []
 
     async def bench(ctx):

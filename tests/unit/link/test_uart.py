@@ -6,7 +6,7 @@ import math
 import pytest
 
 from pathgene.hdl.link.uart import Uart, UartReceiver, UartTransmitter
-from tests.support.gateware.streams import drive, simulate, watch
+from tests.support.gateware.streams import drive, shared, simulate, watch
 
 
 # Every pair of successive bits, single bits, and the extremes.
@@ -22,7 +22,7 @@ def levels(values, clocks_per_bit, phase=0.0):
 
 def receive(clocks_per_bit, line):
     """Return bytes with the cycles in which they are offered, and cycles of framing errors."""
-    dut = UartReceiver(clocks_per_bit)
+    dut = shared(UartReceiver, clocks_per_bit)
     received, errors = [], []
 
     async def send(ctx):
@@ -74,7 +74,7 @@ def test_offers_a_byte_in_the_documented_cycle(clocks_per_bit):
 
 
 def test_keeps_a_byte_until_the_next_is_complete():
-    dut = UartReceiver(4)
+    dut = shared(UartReceiver, 4)
     taken = []
 
     async def send(ctx):
@@ -130,7 +130,7 @@ def test_synchronizes_after_an_idle_byte():
 
 @pytest.mark.parametrize("clocks_per_bit", [4, 5, 33])
 def test_transmits_without_idle_cycles(clocks_per_bit):
-    dut = UartTransmitter(clocks_per_bit)
+    dut = shared(UartTransmitter, clocks_per_bit)
     line = []
 
     async def send(ctx):
@@ -148,7 +148,7 @@ def test_transmits_without_idle_cycles(clocks_per_bit):
 
 
 def test_transmits_at_once_after_a_pause():
-    dut = UartTransmitter(4)
+    dut = shared(UartTransmitter, 4)
     line = []
 
     async def send(ctx):
@@ -167,7 +167,7 @@ def test_transmits_at_once_after_a_pause():
 
 
 def test_both_directions_of_one_uart():
-    dut = Uart(4)
+    dut = shared(Uart, 4)
     received = []
 
     async def loop(ctx):

@@ -5,7 +5,7 @@ import pytest
 
 from pathgene.hdl.planner.breeder import Breeder
 from pathgene.sim.model.planner import evolver_cycles
-from tests.support.gateware.streams import collect, pulse, simulate
+from tests.support.gateware.streams import collect, pulse, shared, simulate
 from tests.support.planner.cases import LARGE, SMALL, USUAL
 from tests.support.planner.plain import breed
 from tests.support.planner.population import TINY, Words, corner, population, problem
@@ -16,7 +16,7 @@ class Bench:
 
     def __init__(self, config, rng, words, *, pauses=(0,), busy=0.0):
         self.config, self.rng, self.words = config, rng, words
-        self.dut = Breeder(config, islands=2)
+        self.dut = shared(Breeder, config, islands=2)
         self.memory = {}
         self.members = []
         self.free = []

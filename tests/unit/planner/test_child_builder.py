@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.planner.child_builder import ChildBuilder
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import shared, simulate
 from tests.support.planner.cases import SMALL
 from tests.support.planner.plain import cross, mutate
 from tests.support.planner.population import Words, corner, plan_of, population, problem
@@ -28,7 +28,7 @@ class Bench:
     """A builder with a memory; it notes the cycles of inputs and outputs."""
 
     def __init__(self, children):
-        self.dut = ChildBuilder(**SIZES)
+        self.dut = shared(ChildBuilder, **SIZES)
         self.rng = rng = np.random.default_rng(children)
         self.record, self.ends = problem(SMALL, rng)
         self.paths = population(SMALL, rng)
@@ -161,6 +161,6 @@ def test_everything_stalls():
 
 @pytest.mark.parametrize(("slots", "bits"), [(15, 4), (16, 4), (17, 5)])
 def test_width_of_a_slot(slots, bits):
-    dut = ChildBuilder(**SIZES | {"slot_count": slots})
+    dut = shared(ChildBuilder, **SIZES | {"slot_count": slots})
     assert len(dut.children.payload) == bits
     assert dut.plan_layout["tail_slot"].width == bits

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.planner.child_planner import ChildPlanner, ParentDraw
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import shared, simulate
 from tests.support.planner.plain import bits
 from tests.support.planner.population import Words, plan_of
 
 
 @pytest.mark.parametrize("rank_bits", [1, 3, 5])
 def test_draws(rank_bits):
-    dut = ParentDraw(rank_bits)
+    dut = shared(ParentDraw, rank_bits)
     rng = np.random.default_rng(rank_bits)
     source = Words(rng)
 
@@ -68,7 +68,7 @@ def cases(sizes, rng):
     ids=["small", "largest"],
 )
 def test_plans(sizes):
-    dut = ChildPlanner(**sizes)
+    dut = shared(ChildPlanner, **sizes)
     rng = np.random.default_rng(1)
 
     async def bench(ctx):

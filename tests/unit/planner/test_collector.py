@@ -8,7 +8,7 @@ import pytest
 
 from pathgene.hdl.planner.collector import Collector, Ranking
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
-from tests.support.gateware.streams import pulse, put, simulate
+from tests.support.gateware.streams import pulse, put, shared, simulate
 from tests.support.planner.plain import Sorting
 
 
@@ -30,7 +30,7 @@ def rows_passed(members):
 @pytest.mark.parametrize("is_first", [False, True], ids=["generations", "first"])
 def test_populations_by_rank(is_first):
     """Populations are complete when ``busy`` falls; islands stay apart."""
-    dut = Ranking(**RANKING_SIZES)
+    dut = shared(Ranking, **RANKING_SIZES)
     rng = random.Random(3)
     dropped = []
     seen_classes = set()
@@ -107,7 +107,7 @@ class Bench:
     """A collector, its populations, and all cycles."""
 
     def __init__(self, seed, islands=2):
-        self.dut = Collector(**SIZES | {"islands": islands})
+        self.dut = shared(Collector, **SIZES | {"islands": islands})
         self.rng = random.Random(seed)
         self.freed = []
         self.cycles = []

@@ -8,7 +8,7 @@ import pytest
 from pathgene.hdl.planner.core import NearestCorner, RunStatus
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.sim.model.planner.definition.score import corner_of
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import shared, simulate
 from tests.support.planner.cases import LARGE, SMALL, any_record
 from tests.support.planner.population import corner
 
@@ -16,7 +16,7 @@ from tests.support.planner.population import corner
 @pytest.mark.parametrize("config", [SMALL, LARGE], ids=["small", "large"])
 def test_matches_the_definition(config):
     rng = np.random.default_rng(1)
-    dut = NearestCorner(config.coordinate_bits, config.altitude_bits)
+    dut = shared(NearestCorner, config.coordinate_bits, config.altitude_bits)
     clamped = 0
 
     async def bench(ctx):

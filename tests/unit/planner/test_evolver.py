@@ -136,8 +136,8 @@ def test_generations(config, pace):
     ("config", "generations"),
     [
         pytest.param(SMALL, 8, id="short"),
-        pytest.param(SMALL, 30, id="small", marks=pytest.mark.ci),
-        pytest.param(USUAL, 6, id="usual", marks=pytest.mark.ci),
+        pytest.param(SMALL, 30, id="small", marks=pytest.mark.long),
+        pytest.param(USUAL, 6, id="usual", marks=pytest.mark.long),
     ],
 )
 def test_evaluated_by_the_definition(config, generations):
@@ -162,12 +162,12 @@ def test_evaluated_by_the_definition(config, generations):
 
 
 @pytest.mark.ci
-@pytest.mark.parametrize("pace", [pytest.param("fast", marks=pytest.mark.ci), "stalled"])
+@pytest.mark.parametrize("pace", [pytest.param("fast", marks=pytest.mark.long), "stalled"])
 @pytest.mark.parametrize(
     "config",
     [
         pytest.param(TINY, id="tiny"),
-        pytest.param(SMALL, id="small", marks=pytest.mark.ci),
+        pytest.param(SMALL, id="small", marks=pytest.mark.long),
         pytest.param(TIGHT, id="tight", marks=pytest.mark.long),
     ],
 )

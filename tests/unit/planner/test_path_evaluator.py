@@ -6,7 +6,7 @@ import pytest
 from pathgene.hdl.planner.path_evaluator import KeyMaker, PathEvaluator
 from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.sim.model.planner.evaluator_cycles import PLACES
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import shared, simulate
 from tests.support.planner.cases import SMALL, ground
 from tests.support.planner.evaluator_bench import run
 from tests.support.planner.evaluator_cases import (
@@ -41,7 +41,7 @@ def key_of(walked, infeasible, value, hits):
 
 def keys_of(decided, walked):
     """Return keys, slots and lengths with their cycles, given when paths are decided and walked."""
-    dut = KeyMaker(slot_bits=8, length_bits=3, hits_bits=20)
+    dut = shared(KeyMaker, slot_bits=8, length_bits=3, hits_bits=20)
     members, cycles = [], []
 
     async def bench(ctx):
@@ -110,9 +110,9 @@ def case(config, rng, count, heading, **options):
 @pytest.mark.parametrize(
     ("heading", "rows", "lanes"),
     [
-        pytest.param(0, 64, 4, id="free", marks=pytest.mark.ci),
-        pytest.param(1, 0, 1, id="entry", marks=pytest.mark.ci),
-        pytest.param(2, 0, 4, id="exit", marks=pytest.mark.ci),
+        pytest.param(0, 64, 4, id="free", marks=pytest.mark.long),
+        pytest.param(1, 0, 1, id="entry"),
+        pytest.param(2, 0, 4, id="exit", marks=pytest.mark.long),
         pytest.param(3, 64, 1, id="both"),
     ],
 )
@@ -123,7 +123,7 @@ def test_keys_margins_and_cycles(heading, rows, lanes):
     for gaps in (False, True):
         evaluator, paths = case(config, rng, 40, heading, gaps=gaps)
         expected = outcomes(evaluator, rows, paths)
-        found = run(PathEvaluator(config, SLOTS, rows), evaluator, paths)
+        found = run(shared(PathEvaluator, config, SLOTS, rows), evaluator, paths)
         assert check(found, expected) == 3
         late += check_cycles(evaluator, paths, found, expected)
         keys |= {each.key >> VALUE_BITS for each in expected}
@@ -133,7 +133,11 @@ def test_keys_margins_and_cycles(heading, rows, lanes):
 
 
 @pytest.mark.ci
-@pytest.mark.parametrize("stalled", [(0,), (1,), (0, 1)], ids=str)
+@pytest.mark.parametrize(
+    "stalled",
+    [*(pytest.param(one, marks=pytest.mark.long) for one in ((0,), (1,))), (0, 1)],
+    ids=str,
+)
 def test_back_pressure(stalled):
     """Some of the streams of points and keys have pauses."""
     rng = np.random.default_rng(5)
@@ -143,7 +147,9 @@ def test_back_pressure(stalled):
         for path in paths:
             path.gaps = tuple(rng.choice([0, 0, 1, 2, 15], 20).tolist())
     keys = rng.choice([0, 0, 1, 70], 200).tolist() if 1 in stalled else (0,)
-    assert check(run(PathEvaluator(SMALL, SLOTS, 64), evaluator, paths, keys), expected) >= 3
+    assert (
+        check(run(shared(PathEvaluator, SMALL, SLOTS, 64), evaluator, paths, keys), expected) >= 3
+    )
 
 
 @pytest.mark.ci
@@ -153,7 +159,7 @@ def test_reset_discards_all_paths():
     evaluator, paths = case(SMALL, rng, 30, 3)
     expected = outcomes(evaluator, 64, paths)
     resets = (5, 90, 171, 172, 300)
-    check(run(PathEvaluator(SMALL, SLOTS, 64), evaluator, paths, resets=resets), expected)
+    check(run(shared(PathEvaluator, SMALL, SLOTS, 64), evaluator, paths, resets=resets), expected)
 
 
 def test_places():

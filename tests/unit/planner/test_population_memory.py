@@ -5,13 +5,13 @@ import random
 import pytest
 
 from pathgene.hdl.planner.population_memory import PopulationMemory, SlotPool
-from tests.support.gateware.streams import pulse, simulate
+from tests.support.gateware.streams import pulse, shared, simulate
 
 
 @pytest.mark.parametrize(("total", "depth"), [(2, 1), (12, 4), (150, 22)])
 def test_random_traffic_of_slots(total, depth):
     """Each slot handed out is free; unused slots come first, then returned ones, in order."""
-    dut = SlotPool(total, depth)
+    dut = shared(SlotPool, total, depth)
     rng = random.Random(total)
 
     async def bench(ctx):
@@ -54,7 +54,7 @@ AXES = ("x", "y", "altitude")
 @pytest.mark.parametrize("longest", [5, 7, 8])
 def test_random_traffic(longest):
     """Each cycle has a read, and writes of waypoints, margins and flags in other slots."""
-    dut = PopulationMemory(**SIZES | {"max_waypoints": longest})
+    dut = shared(PopulationMemory, **SIZES | {"max_waypoints": longest})
     rng = random.Random(1)
     places = [(slot, index) for slot in range(11) for index in range(longest)]
     waypoints, margins, walked = {}, {}, {}

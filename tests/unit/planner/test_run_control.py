@@ -11,7 +11,7 @@ import pytest
 from pathgene.hdl.planner.first_paths import FirstPathKind
 from pathgene.hdl.planner.run_control import RunControl, RunLimits
 from pathgene.sim.model.planner import run_cycles as steps
-from tests.support.gateware.streams import pulse, simulate
+from tests.support.gateware.streams import pulse, shared, simulate
 from tests.support.planner.cases import SMALL
 
 
@@ -22,7 +22,7 @@ class Bench:
     """A unit of counters of ``bits``, and its numbers cycle by cycle."""
 
     def __init__(self, bits):
-        self.dut = RunLimits(bits, SHARE_BITS)
+        self.dut = shared(RunLimits, bits, SHARE_BITS)
 
     async def launch(self, ctx, cycles, generations, share):
         dut = self.dut

@@ -8,7 +8,7 @@ import pytest
 from pathgene.hdl.planner.layouts import shape_layout
 from pathgene.hdl.planner.shape_drawer import ShapeDrawer
 from pathgene.hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES, NoFlyShape, no_fly_request
-from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.streams import put, shared, simulate
 from tests.support.planner.cases import LARGE, SMALL, USUAL
 from tests.support.planner.cases import shape as any_shape
 from tests.support.planner.plain import drawn
@@ -32,7 +32,7 @@ def in_order(config, shape):
 
 def check(config, shapes, pauses=(0,)):
     """Draw shapes and compare corners and cycles; return the number of corners."""
-    dut = ShapeDrawer(config.coordinate_bits, config.altitude_bits)
+    dut = shared(ShapeDrawer, config.coordinate_bits, config.altitude_bits)
     layout = shape_layout(config.coordinate_bits)
     rng = np.random.default_rng(len(shapes))
     begun, taken, cells = [], [], []

@@ -7,7 +7,7 @@ import random
 import pytest
 
 from pathgene.hdl.planner.sorter import Sorter
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import shared, simulate
 
 
 SIZES = {"capacity": 5, "key_bits": 4, "tag_bits": 8}
@@ -143,7 +143,7 @@ def test_worst_and_best_of_many():
 
 def test_cycles():
     """As the docstring says, a member takes 2 cycles, and 1 more for each that it passes."""
-    dut = Sorter(2, 4, 8)
+    dut = shared(Sorter, 2, 4, 8)
     bench = Bench(dut)
     taken = []
 

@@ -7,7 +7,7 @@ import pytest
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
-from tests.support.gateware.streams import pulse, simulate
+from tests.support.gateware.streams import pulse, shared, simulate
 
 
 LANES = (1, 2, 4, 8, 16)
@@ -130,7 +130,7 @@ def test_precision_of_the_default():
 def test_table():
     """Two differences of either sign; one follows after 2 cycles, and a waiting one stays."""
     config = Config(map_size=16, coarse_factor=2)
-    dut = Reciprocals(config.coordinate_bits, precision_of(config))
+    dut = shared(Reciprocals, config.coordinate_bits, precision_of(config))
     precision = precision_of(config)
 
     async def bench(ctx):

@@ -26,7 +26,7 @@ from tests.support.gateware.checker_cases import (
     results_of,
     upload,
 )
-from tests.support.gateware.streams import collect, pulse, simulate
+from tests.support.gateware.streams import collect, pulse, shared, simulate
 
 
 PAIR = TINY.replace(checker=CheckerBuild.PARALLEL, lanes=2)
@@ -47,7 +47,7 @@ def test_queue_equals_model(lanes, latency, count):
     """Verdicts, counts, cycles and reads of paths without a gap between them."""
     config = SMALL.replace(lanes=lanes, memory_latency=latency)
     terrain, paths = drawn(config, seed=2 * lanes, paths=20, peaks=0.04, blocked=0.02)
-    results = results_of(Checker(config), terrain, paths, count=count)
+    results = results_of(shared(Checker, config), terrain, paths, count=count)
     assert results.summaries == expected(config, terrain, paths, count)
     assert results.costs == batch_cycles(config, terrain, paths, count)
     assert {verdict.collision for verdict in results.verdicts} == {0, 1}
@@ -57,7 +57,7 @@ def test_widest_altitudes():
     """The products are too wide for a multiplier of 18 bits."""
     config = SMALL.replace(lanes=4, altitude_bits=16)
     terrain, paths = drawn(config, seed=16, paths=20)
-    results = results_of(Checker(config), terrain, paths)
+    results = results_of(shared(Checker, config), terrain, paths)
     assert results.summaries == expected(config, terrain, paths)
     assert {verdict.collision for verdict in results.verdicts} == {0, 1}
 
@@ -80,7 +80,7 @@ def test_every_segment_of_a_tiny_map(lanes):
         )
     ]
     paths = paths[:: 5 if lanes == 2 else 7]  # All of them: tests/cosim/test_parallel_checker.py.
-    results = results_of(Checker(config), terrain, paths)
+    results = results_of(shared(Checker, config), terrain, paths)
     assert results.summaries == expected(config, terrain, paths)
     assert results.costs == batch_cycles(config, terrain, paths)
 
@@ -96,7 +96,7 @@ def test_latency_of_a_lone_path(lanes, latency):
         [(3, 5, 9), (top, 2, 15)],
         [(0, 0, 9), (top, 1, 9), (5, top, 12), (5, 4, 9)],
     ]
-    results = results_of(Checker(config), terrain, paths, alone=True)
+    results = results_of(shared(Checker, config), terrain, paths, alone=True)
     groups = [
         sum(-(-segment_cells(*ends) // lanes) for ends in itertools.pairwise(path))
         for path in paths
@@ -112,7 +112,7 @@ def test_throughput_on_mixed_segments():
     rng = np.random.default_rng(6)
     terrain = flat(config)
     paths = paths_of(random_batch(config, rng, 30, points=6))
-    results = results_of(Checker(config), terrain, paths)
+    results = results_of(shared(Checker, config), terrain, paths)
     assert not any(verdict.collision for verdict in results.verdicts)
     cells = sum(verdict.cells for verdict in results.verdicts)
     assert cells >= 0.8 * config.lanes * (results.offered[-1] - results.offered[0])
@@ -139,7 +139,7 @@ def test_counts_are_there_with_their_verdict():
     """A reader of verdicts, and of as many counts as each announces, never waits for a count."""
     config = PAIR.replace(lanes=2)
     terrain, paths = drawn(config, 9, 40, peaks=0.3, blocked=0.15)
-    dut = Checker(config)
+    dut = shared(Checker, config)
     taken = []
 
     async def bench(ctx):
@@ -177,7 +177,7 @@ def test_a_hit_drops_the_rest_of_its_path():
     top = config.map_size - 1
     long = [(0, 0, 30), *[(top * (i % 2), 0, 30) for i in range(1, 17)], (5, 5, 30)]
     paths = [long, [(2, 2, 30), (9, 2, 30)]]
-    results = results_of(Checker(config), terrain, paths)
+    results = results_of(shared(Checker, config), terrain, paths)
     assert results.summaries == expected(config, terrain, paths)
     assert results.costs == batch_cycles(config, terrain, paths)
     # One group hits; in the cycles up to its step six more of the two segments are read.
@@ -190,7 +190,7 @@ def test_partial_uploads_raise_and_lower_the_ground():
     config = SMALL.replace(lanes=4)
     terrain = flat(config, altitude=5)
     rng = random.Random(3)
-    dut = Checker(config)
+    dut = shared(Checker, config)
     path = [(0, 7, 20), (15, 8, 20)]
     seen = []
 
@@ -224,7 +224,7 @@ def test_writes_are_refused_while_busy(build):
     """In every build, the source has to wait until all verdicts are taken."""
     config = SMALL.replace(checker=build, lanes=1 if build is CheckerBuild.TWO_TIER else 2)
     terrain = flat(config)
-    dut = Checker(config)
+    dut = shared(Checker, config)
 
     async def bench(ctx):
         await upload(ctx, dut, terrain.heights)
@@ -261,7 +261,7 @@ def test_lookups(lanes, latency):
     rng = np.random.default_rng(lanes)
     heights = rng.integers(0, 16, (config.map_size, config.map_size))
     cells = [(int(x), int(y)) for x, y in rng.integers(0, config.map_size, (50, 2))]
-    dut = Checker(config)
+    dut = shared(Checker, config)
     assert config.lookup_latency == latency + 2
     found = []
 
@@ -280,7 +280,7 @@ def test_flags():
     terrain = flat(config)
     terrain.write(8, 8, [[50]])
     free, hitting = [(0, 0, 9), (15, 0, 9)], [(0, 8, 9), (15, 8, 9), (0, 0, 9)]
-    dut = Checker(config)
+    dut = shared(Checker, config)
     taken = []
 
     async def bench(ctx):
@@ -315,7 +315,7 @@ def test_counting_raises_the_flag_at_the_first_hit():
     config = SMALL.replace(lanes=1)
     terrain = flat(config)
     terrain.write(1, 0, [[50]])
-    dut = Checker(config)
+    dut = shared(Checker, config)
     offered = []
 
     async def bench(ctx):

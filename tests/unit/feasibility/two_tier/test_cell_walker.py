@@ -14,7 +14,7 @@ from pathgene.hdl.feasibility.two_tier.cell_walker import AltitudeComparator, Ce
 from pathgene.hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
 from pathgene.hdl.layouts import point_layout
 from pathgene.sim.model.checker import to_coarse, walk
-from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.streams import put, shared, simulate
 
 
 CONFIG = Config(checker="two-tier", lanes=1, map_size=8, coarse_factor=2, altitude_bits=4)
@@ -83,7 +83,7 @@ def expected(config, path):
 
 def visits(config, paths, pauses=(0,)):
     """Return every (cycle, visit with its altitude), and the cycle of each transfer of a point."""
-    dut = Walk(config)
+    dut = shared(Walk, config)
     seen, taken = [], []
     total = sum(len(expected(config, path)) for path in paths)
     allowed = itertools.cycle(cycle for pause in pauses for cycle in [*[0] * pause, 1])

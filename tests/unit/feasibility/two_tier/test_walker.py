@@ -29,7 +29,7 @@ from tests.support.gateware.checker_cases import (
     results_of,
     upload,
 )
-from tests.support.gateware.streams import collect, put, simulate
+from tests.support.gateware.streams import collect, put, shared, simulate
 
 
 SMALL = TINY.replace(map_size=16, coarse_factor=4, altitude_bits=6)
@@ -43,7 +43,7 @@ def test_queue_equals_model(base, latency, count):
     """Verdicts, counts, cycles and reads match for paths that follow without gaps."""
     config = base.replace(memory_latency=latency)
     terrain, paths = drawn(config, latency, 25)
-    results = results_of(Checker(config), terrain, paths, count=count)
+    results = results_of(shared(Checker, config), terrain, paths, count=count)
     assert results.summaries == expected(config, terrain, paths, count)
     assert results.costs == batch_cycles(config, terrain, paths, count)
     assert results.offered[-1] == sum(cycles for cycles, _ in results.costs)
@@ -67,7 +67,7 @@ def test_testing_trajectory(latency):
     config = LONG.replace(memory_latency=latency)
     path = [(64, 120, 800), (118, 100, 600), (19, 3, 700), (127, 3, 700)]
     assert [segment_cells(*path[:2]), segment_cells(*path[1:3])] == [55, 100]
-    dut = Checker(config)
+    dut = shared(Checker, config)
     rises = []
 
     async def bench(ctx):
@@ -98,7 +98,7 @@ def test_map_rises_and_falls():
     path = [(0, 0, 9), (1, 1, 9), (2, 2, 9), (15, 2, 9)]
     terrain = TerrainModel(SMALL)
     terrain.write(0, 0, np.zeros((16, 16), dtype=int))
-    dut = Checker(SMALL)
+    dut = shared(Checker, SMALL)
     verdicts = []
 
     async def bench(ctx):
@@ -127,7 +127,7 @@ def test_map_rises_and_falls():
 
 def test_waits_while_the_coarse_map_is_rebuilt():
     """No point or cell is taken between the last cell of a rectangle and the last block."""
-    dut = Checker(SMALL)
+    dut = shared(Checker, SMALL)
     waited = {}
 
     async def bench(ctx):
@@ -150,7 +150,7 @@ def test_waits_while_the_coarse_map_is_rebuilt():
 def test_looks_up():
     """One cell per cycle, after ``lookup_latency``; an earlier coarse cell makes no difference."""
     terrain, paths = drawn(TINY, 5, 10)
-    dut = Checker(TINY)
+    dut = shared(Checker, TINY)
     cells = [(x, y) for y in range(8) for x in range(8)]
     found = []
 
@@ -182,7 +182,7 @@ def test_nothing_is_lost_under_back_pressure(pauses, count_pauses):
 def test_a_slow_source():
     """Gaps between the points do not change the verdicts."""
     terrain, paths = drawn(TINY, 9, 30)
-    dut = Checker(TINY)
+    dut = shared(Checker, TINY)
     verdicts = []
 
     async def bench(ctx):

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from amaranth.hdl import Fragment, ResetInserter, Signal
-from amaranth.sim import Simulator
+from amaranth.hdl import Fragment
 
 from pathgene.hdl.planner.scorer.scorer import Scorer
 from pathgene.hdl.protocol.planner import POSITION_FRACTION, SCALE_FRACTION, VALUE_BITS
 from pathgene.sim.model.planner.definition.score import score
 from pathgene.sim.model.planner.evaluator_cycles import ScorerCycles, freed, launched
+from tests.support.gateware.streams import resettable, shared, simulate
 from tests.support.planner.cases import SMALL, USUAL, headed, path, record
 from tests.support.planner.scorer_cases import (
     defined_score,
@@ -95,9 +95,8 @@ IDLE = 170
 
 def run(config, *jobs):
     """Run jobs on one scorer, each when the previous one is done, and return them."""
-    dut, reset = Scorer(config), Signal()
-    simulator = Simulator(ResetInserter({"sync": reset})(dut))
-    simulator.add_clock(1e-8)
+    dut = shared(Scorer, config)
+    top, reset = resettable(dut)
 
     async def bench(ctx):
         cycle = 0
@@ -114,8 +113,7 @@ def run(config, *jobs):
         await drive(ctx, dut, nothing)
         assert nothing.scores == nothing.chords == []
 
-    simulator.add_testbench(bench)
-    simulator.run()
+    simulate(top, bench)
     return jobs
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.planner.walker.memo import Memo
-from tests.support.gateware.streams import pulse, put, simulate
+from tests.support.gateware.streams import pulse, put, shared, simulate
 from tests.support.planner.cases import any_point, corner
 from tests.support.planner.plain import Memo as DefinedMemo
 
@@ -28,7 +28,7 @@ def run(rows, rounds, *, epoch_bits=8, pauses=(0,), walks=(3,)):
     segment as its value. Return for each segment whether it was answered, and its result; also
     return the clearing of the rows.
     """
-    dut = Memo(rows, *SIZES, epoch_bits=epoch_bits)
+    dut = shared(Memo, rows, *SIZES, epoch_bits=epoch_bits)
     answered, results, swept, flight = [], [], [], []
     segments = [segment for each in rounds for segment in each]
 
@@ -156,7 +156,7 @@ def test_a_new_epoch_voids_every_row(epoch_bits):
 
 def test_a_look_up_each_cycle():
     """A look-up takes three cycles from the segment to its row."""
-    dut = Memo(4, *SIZES)
+    dut = shared(Memo, 4, *SIZES)
     seen = []
 
     async def bench(ctx):

@@ -13,7 +13,7 @@ from pathgene.hdl.protocol.planner import VALUE_BITS, PathClass
 from pathgene.sim.model.planner.definition.score import score
 from pathgene.sim.model.planner.evaluation import NO_LIMIT
 from pathgene.sim.model.planner.evaluator_cycles import back, cost, walked
-from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.streams import put, shared, simulate
 from tests.support.planner.cases import SMALL, corner, ground, path, segments_of, upload
 from tests.support.planner.evaluator_cases import chords_of, drawn_evaluator
 
@@ -42,7 +42,7 @@ def case(config, rng, number, heading):
 def run(rows, evaluator, paths, pauses=(0,)):
     """Return hits of the paths, and margins in the order in which they are given."""
     config = evaluator.config
-    dut = PathWalker(config, rows)
+    dut = shared(PathWalker, config, rows)
     assert dut.latency == back(config.lanes, config.memory_latency)
     hits, margins = [], []
 

@@ -12,7 +12,7 @@ from pathgene.hdl.protocol.planner import BLOCKS
 from pathgene.sim.model.planner.definition import wavefront
 from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.model.planner.run_cycles import scanning
-from tests.support.gateware.streams import put, simulate
+from tests.support.gateware.streams import put, shared, simulate
 from tests.support.planner.cases import SMALL, upload
 from tests.support.planner.wavefront import blocks_of, corner, problem, terrain
 
@@ -82,7 +82,7 @@ class Bench:
 def test_single_corners(config, lanes, latency):
     """Each block is a single corner; blocks beyond a small map are blocked."""
     rng = np.random.default_rng(lanes)
-    dut = BlockMap(lanes, config.coordinate_bits, config.altitude_bits, latency)
+    dut = shared(BlockMap, lanes, config.coordinate_bits, config.altitude_bits, latency)
 
     async def bench(ctx):
         own = Bench(ctx, dut, terrain(config, rng, blocked=0.2))
@@ -99,7 +99,7 @@ def test_marks_and_shifts():
     """Corners are written, blocked or not, also beyond the blocks; then the block size changes."""
     rng = np.random.default_rng(3)
     config, lanes = TWICE, 4
-    dut = BlockMap(lanes, config.coordinate_bits, config.altitude_bits, 2)
+    dut = shared(BlockMap, lanes, config.coordinate_bits, config.altitude_bits, 2)
     top = config.blocked_altitude
 
     async def bench(ctx):
@@ -170,7 +170,7 @@ def test_map_of_a_walker(config, lanes, latency):
     """A random map is written, then some corners; both are scanned from the walker's map."""
     rng = np.random.default_rng(lanes)
     config = config.replace(lanes=lanes, memory_latency=latency)
-    dut = MapAndBlocks(config)
+    dut = shared(MapAndBlocks, config)
     shift = config.coordinate_bits - SMALL.coordinate_bits
     record = problem(config, rng, shift=shift)
     changed = rng.integers(config.map_size, size=(20, 2)).tolist()

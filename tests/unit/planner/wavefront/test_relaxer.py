@@ -9,7 +9,7 @@ from pathgene.hdl.planner.wavefront.wavefront import Wavefront
 from pathgene.hdl.protocol.planner import BLOCKS, FAR, VALUE_BITS
 from pathgene.sim.model.planner import run_cycles
 from pathgene.sim.model.planner.definition.wavefront import prices_of
-from tests.support.gateware.streams import pulse, simulate
+from tests.support.gateware.streams import pulse, shared, simulate
 from tests.support.planner.cases import USUAL
 from tests.support.planner.wavefront import distances_of, problem
 
@@ -46,7 +46,7 @@ def relaxed(prices, falls, free, heights, costs, backwards):
 @pytest.mark.parametrize("config", [USUAL], ids=["usual"])
 def test_passes(config):
     rng = np.random.default_rng(config.map_size)
-    dut = Relaxer(config.altitude_bits)
+    dut = shared(Relaxer, config.altitude_bits)
     top = config.blocked_altitude
     changes = []
 

@@ -8,7 +8,7 @@ import pytest
 from pathgene.hdl.planner.wavefront.seed_source import Seeder
 from pathgene.hdl.protocol.planner import seed_waypoints
 from pathgene.sim.model.planner.run_cycles import WAYPOINT, seeding
-from tests.support.gateware.streams import simulate
+from tests.support.gateware.streams import shared, simulate
 from tests.support.planner.cases import LARGE, SMALL, USUAL
 from tests.support.planner.plain import seed_path
 from tests.support.planner.wavefront import Words, corner, problem
@@ -42,7 +42,7 @@ def seeds(config, rng, count, length):
 def test_matches_the_definition(config, count, length, share):
     rng, pauses = np.random.default_rng(count + length), random.Random(length)
     record, route, lowest, surface, paths, words = seeds(config, rng, count, length)
-    dut = Seeder(config)
+    dut = shared(Seeder, config)
     points, found, stepped, busy = [], [], [], []
 
     async def bench(ctx):

@@ -23,7 +23,7 @@ from pathgene.hdl.protocol.planner import (
     VALUE_BITS,
 )
 from pathgene.sim.model.planner.definition.wavefront import prices_of
-from tests.support.gateware.streams import pulse, simulate
+from tests.support.gateware.streams import pulse, shared, simulate
 from tests.support.planner.cases import LARGE, SMALL, USUAL
 from tests.support.planner.wavefront import distances_of, problem
 
@@ -105,7 +105,7 @@ async def price(ctx, dut, steps, leads):
 def test_matches_the_definition(config):
     """Steps enter in every cycle and take ``latency`` cycles; first falls, then constants."""
     rng = np.random.default_rng(config.map_size)
-    dut = Pricing(config)
+    dut = shared(Pricing, config)
     top = config.blocked_altitude
     seen = set()
 
@@ -148,7 +148,7 @@ def test_matches_the_definition(config):
 def test_extremes(config):
     """The maximum and minimum constants: each part is clamped to its maximum, and no sum wraps."""
     rng = np.random.default_rng(1)
-    dut = Pricing(config)
+    dut = shared(Pricing, config)
     top = config.blocked_altitude
     most = (1 << VALUE_BITS) - 1
     usual = dataclasses.replace(
@@ -203,6 +203,6 @@ def test_extremes(config):
 
 def test_cycles_of_the_page():
     """The longest constants are computed while the memories are filled, in 1,026 cycles."""
-    dut = Pricing(USUAL)
+    dut = shared(Pricing, USUAL)
     assert dut.constants.most_cycles == 1009
     assert StepPricer.latency == 5

@@ -3,7 +3,7 @@
 A compilation in the process of a command would delay its signals by up to a minute, since it cannot
 be interrupted. The helper, ``python -m pathgene.host.compiling PARENT``, compiles the kernels that
 a command misses and leaves them in numba's cache. A request is the name of a function and its
-arguments, pickled; the reply is one byte.
+arguments, pickled; the reply is a byte per compiled kernel, and another at the end.
 """
 
 from __future__ import annotations
@@ -18,11 +18,14 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from numba.core import event
+
 from pathgene.host import interrupts
-from pathgene.jit import compile_by
+from pathgene.jit import COMPILING, compile_by
 
 
 __all__ = ["compile_apart", "compile_evaluation", "compile_first", "end"]
@@ -31,6 +34,8 @@ __all__ = ["compile_apart", "compile_evaluation", "compile_first", "end"]
 _LOOK_S = 0.2
 # A thread waits after a signal for as long as a search that does not respond.
 _GRACE_S = 1.0
+# The bytes of a reply.
+_KERNEL, _END = b"+", b"."
 
 
 def compile_apart() -> None:
@@ -41,9 +46,16 @@ def compile_apart() -> None:
     compile_by(lambda module, name, types: _HELPER.call(module, f"{name}.compile", types))
 
 
-def compile_first(*, as_paper: bool) -> None:
-    """Let the helper compile the kernels of the evaluation, and wait for it."""
-    _HELPER.call("pathgene.host.compiling", "compile_evaluation", as_paper)
+def compile_first(*, as_paper: bool, progress: Callable[[int], None]) -> None:
+    """Let the helper compile the kernels of the evaluation, and wait for it.
+
+    Parameters
+    ----------
+    progress : callable
+        Called after each kernel with the number of kernels compiled.
+    """
+    request = "pathgene.host.compiling", "compile_evaluation", as_paper
+    _HELPER.call(*request, progress=progress)
 
 
 def end() -> None:
@@ -85,7 +97,13 @@ class _Helper:
         self._process: subprocess.Popen[bytes] | None = None
         self._lock = threading.Lock()
 
-    def call(self, module: str, name: str, *arguments: Any) -> None:
+    def call(
+        self,
+        module: str,
+        name: str,
+        *arguments: Any,
+        progress: Callable[[int], None] = lambda _: None,
+    ) -> None:
         """Call a function there, and wait for its end; an error there has no effect here."""
         try:
             request = pickle.dumps((module, name, arguments))
@@ -93,7 +111,7 @@ class _Helper:
             return
         with self._lock:
             try:
-                if not self._replied(request):
+                if not self._replied(request, progress):
                     self.end()
             except BaseException:
                 self.end()
@@ -107,8 +125,8 @@ class _Helper:
             with process:  # Closes its pipes.
                 process.wait()
 
-    def _replied(self, request: bytes) -> bool:
-        """Send a request, and return whether a reply came."""
+    def _replied(self, request: bytes, progress: Callable[[int], None]) -> bool:
+        """Send a request, and return whether a reply came to its end."""
         if self._process is None:
             self._process = _started()
         requests, replies = self._process.stdin, self._process.stdout
@@ -118,9 +136,14 @@ class _Helper:
             requests.write(request)
         except OSError:
             return False
-        if threading.current_thread() is not threading.main_thread():
-            _wait_in_thread(replies.fileno())
-        return bool(replies.read(1))
+        done = 0
+        while True:
+            if threading.current_thread() is not threading.main_thread():
+                _wait_in_thread(replies.fileno())
+            if (reply := replies.read(1)) != _KERNEL:
+                return reply == _END
+            done += 1
+            progress(done)
 
 
 _HELPER = _Helper()
@@ -157,15 +180,30 @@ def _end_with(parent: int) -> None:
     os._exit(1)
 
 
+class _Told(event.Listener):  # type: ignore[misc]  # numba has no types.
+    """Tells the parent of each kernel compiled."""
+
+    def __init__(self, replies: int) -> None:
+        self._replies = replies
+
+    def on_start(self, event: Any) -> None:
+        """Do nothing."""
+
+    def on_end(self, event: Any) -> None:
+        """Tell the parent."""
+        os.write(self._replies, _KERNEL)
+
+
 def _serve() -> None:
     """Call functions until the parent closes the requests."""
     replies = os.dup(1)
     os.dup2(2, 1)  # Nothing else is a reply.
+    event.register(COMPILING, _Told(replies))
     while True:
         module, name, arguments = pickle.load(sys.stdin.buffer)
         with contextlib.suppress(Exception):  # The parent meets the error again, and reports it.
             operator.attrgetter(name)(importlib.import_module(module))(*arguments)
-        os.write(replies, b".")
+        os.write(replies, _END)
 
 
 if __name__ == "__main__":

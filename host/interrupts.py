@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import _thread
 import contextlib
+import math
 import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from importlib.machinery import ExtensionFileLoader
 from types import FrameType
 
 
@@ -21,8 +22,14 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 _KEPT_FROM_CHILDREN = frozenset(SIGNALS) - {signal.SIGTERM}
 # One request can arrive twice: `timeout` signals its command, then the group of its command.
 _REPEAT_S = 0.1
-# Time after which a lost interrupt is raised again: the callback that it ended has returned.
+# Time after which a lost or delayed interrupt is raised again.
 _AGAIN_S = 0.01
+# An extension module that is not initialised after this time is interrupted nevertheless.
+_INITIALISED_S = 1.0
+_INITIALISATION = {
+    method.__code__
+    for method in (ExtensionFileLoader.create_module, ExtensionFileLoader.exec_module)
+}
 
 
 class _Received:
@@ -31,6 +38,10 @@ class _Received:
     first: int | None = None
     last: int = signal.SIGINT
     last_s = -1.0
+    #: End of the delay of an interrupt; infinite if none is delayed.
+    due_s = math.inf
+    #: Raises the last interrupt again.
+    timer: threading.Timer | None = None
 
 
 def status(default: int = 128 + signal.SIGINT) -> int:
@@ -46,18 +57,22 @@ def caught() -> Iterator[None]:
     """Raise :class:`KeyboardInterrupt` in the block at each signal that was not ignored.
 
     CPython drops an exception of a destructor or of a callback of a weak reference, which every
-    import runs. An interrupt that is lost there is raised again.
+    import runs. An interrupt that is lost there is raised again. While an extension module is
+    initialised, an interrupt is delayed, for at most a second: the module would turn it into an
+    ``ImportError``.
     """
     if not _in_main_thread():
         yield
         return
-    _Received.first, _Received.last_s = None, -1.0
+    _Received.first, _Received.last_s, _Received.due_s = None, -1.0, math.inf
     usual = (signal.SIG_DFL, signal.default_int_handler)
     ours = [number for number in SIGNALS if signal.getsignal(number) in usual]
     try:
         with _handled(ours, _raise), _raised_again_if_lost():
             yield
     finally:
+        if _Received.timer is not None:
+            _Received.timer.cancel()
         # CPython remembers an interrupt that leaves exec(), which creates dataclasses, and ends
         # `python -m` with SIGINT although the interrupt was caught. The next exec() clears that
         # memory.
@@ -134,29 +149,54 @@ def _handled(
 
 @contextlib.contextmanager
 def _raised_again_if_lost() -> Iterator[None]:
-    timers: list[threading.Timer] = []
     before = sys.unraisablehook
 
     def hook(lost: sys.UnraisableHookArgs) -> None:
-        if not (issubclass(lost.exc_type, KeyboardInterrupt) and _in_main_thread()):
+        if issubclass(lost.exc_type, KeyboardInterrupt) and _in_main_thread():
+            _raise_again()
+        else:
             before(lost)
-            return
-        _Received.last_s = -1.0  # No repetition of the lost one.
-        timers.append(threading.Timer(_AGAIN_S, _thread.interrupt_main, (_Received.last,)))
-        timers[-1].start()
 
     sys.unraisablehook = hook
     try:
         yield
     finally:
         sys.unraisablehook = before
-        for timer in timers:
-            timer.cancel()
+
+
+def _raise_again() -> None:
+    """Repeat the last signal soon."""
+
+    def repeat() -> None:
+        _Received.last_s = -1.0  # No repetition of the first one.
+        # A real signal also ends a wait of the main thread.
+        signal.pthread_kill(threading.main_thread().ident or 0, _Received.last)
+
+    if _Received.timer is not None:
+        _Received.timer.cancel()
+    _Received.timer = threading.Timer(_AGAIN_S, repeat)
+    _Received.timer.start()
 
 
 def _raise(number: int, _frame: FrameType | None) -> None:
-    if _accepted(number):
-        raise KeyboardInterrupt
+    if not _accepted(number):
+        return
+    if _is_initialising():
+        now_s = time.monotonic()
+        _Received.due_s = min(_Received.due_s, now_s + _INITIALISED_S)
+        if now_s < _Received.due_s:
+            _raise_again()
+            return
+    _Received.due_s = math.inf
+    raise KeyboardInterrupt
+
+
+def _is_initialising() -> bool:
+    """Return whether an extension module is being initialised."""
+    frame: FrameType | None = sys._getframe()
+    while frame is not None and frame.f_code not in _INITIALISATION:
+        frame = frame.f_back
+    return frame is not None
 
 
 def _accepted(number: int) -> bool:

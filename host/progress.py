@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TextIO
 
 
-__all__ = ["Bar", "Progress"]
+__all__ = ["Bar", "Counter", "Progress"]
 
 _BAR_WIDTH = 30
 _BAR_PERIOD_S = 0.1
@@ -85,3 +85,33 @@ class Progress(Bar):
         # Some planners run again if they find nothing.
         of = f"/{self._generations}" if generation <= self._generations else ""
         self.show(generation, f"generation {generation}{of}  best {best:.4f}  mean {mean:.4f}")
+
+
+class Counter:
+    """A growing number on a terminal, whose end is unknown; on any other stream nothing.
+
+    Parameters
+    ----------
+    text : str
+        The things counted.
+    """
+
+    def __init__(self, stream: TextIO, text: str) -> None:
+        self._stream = stream
+        self._text = text
+        self._terminal = stream.isatty()
+        self._open_line = False
+
+    def update(self, done: int) -> None:
+        """Show the number."""
+        if self._terminal:
+            self._stream.write(f"\r\x1b[K{done} {self._text}")
+            self._stream.flush()
+            self._open_line = True
+
+    def close(self) -> None:
+        """End the line."""
+        if self._open_line:
+            self._stream.write("\n")
+            self._stream.flush()
+            self._open_line = False

@@ -7,6 +7,7 @@ import hashlib
 import inspect
 import logging
 import pickle
+import time
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -14,12 +15,16 @@ from typing import Any, TypeVar, cast
 
 import numba
 from numba import njit
-from numba.core.caching import IndexDataCacheFile
+from numba.core import event
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.runtime import rtsys
 
 
-__all__ = ["Compiler", "compile_by", "source_stamp"]
+__all__ = ["COMPILING", "Compiler", "compile_by", "compiling_s", "source_stamp"]
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
+#: numba's event that starts and ends with the compilation of a kernel in this process.
+COMPILING = "numba:compile"
 # Compiles the kernel of a module, by its name, for the types of its arguments.
 _Elsewhere = Callable[[str, str, Any], None]
 _LOG = logging.getLogger("pathgene.kernels")
@@ -43,6 +48,39 @@ def compile_by(elsewhere: _Elsewhere | None) -> None:
         arguments. None compiles all kernels here.
     """
     _By.elsewhere = elsewhere
+
+
+class _Clock(event.Listener):  # type: ignore[misc]  # numba has no types.
+    """Wall time of all compilations, each of which may contain further ones.
+
+    numba compiles one kernel at a time, in whichever thread.
+    """
+
+    def __init__(self) -> None:
+        self.spent_s = 0.0
+        self._started_s = 0.0
+        self._depth = 0
+
+    def on_start(self, event: Any) -> None:
+        """Start the clock."""
+        if self._depth == 0:
+            self._started_s = time.perf_counter()
+        self._depth += 1
+
+    def on_end(self, event: Any) -> None:
+        """Stop the clock."""
+        self._depth -= 1
+        if self._depth == 0:
+            self.spent_s += time.perf_counter() - self._started_s
+
+
+_CLOCK = _Clock()
+event.register(COMPILING, _CLOCK)
+
+
+def compiling_s() -> float:
+    """Return the seconds of wall time for which this process has compiled or waited for kernels."""
+    return _CLOCK.spent_s
 
 
 class Compiler:
@@ -86,23 +124,41 @@ class Compiler:
         self, function: _Function, *, inline: bool = False, counted: bool = False
     ) -> _Function:
         # _nrt: numba's runtime, which makes arrays and counts the references to them.
-        dispatcher = njit(
-            cache=True, nogil=True, error_model="numpy", forceinline=inline, _nrt=counted
-        )(function)
-        # There is no cache on disk if the compiler is off or no folder is writable.
-        kept = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
-        if kept is not None:
-            beside = Path(inspect.getfile(function)).resolve().parent
-            stamp = source_stamp((beside, *self._folders))
-            place = function.__module__, function.__qualname__
-            kept = _CheckedFiles(
-                kept._cache_path, kept._index_name.removesuffix(".nbi"), stamp, place
-            )
-            dispatcher._cache._cache_file = kept
-            # The stamp is also part of the version, which is read first: a cache of other sources
-            # may contain objects of classes that no longer exist and must not be read.
-            kept._version = f"{numba.__version__} {stamp}"
+        dispatcher = njit(nogil=True, error_model="numpy", forceinline=inline, _nrt=counted)(
+            function
+        )
+        # With NUMBA_DISABLE_JIT it is the function itself.
+        if dispatcher is not function:
+            folder = Path(inspect.getfile(function)).resolve().parent
+            dispatcher._cache = _Cache(function, source_stamp((folder, *self._folders)))
         return cast(_Function, dispatcher)
+
+
+class _Cache(FunctionCache):  # type: ignore[misc]  # numba has no types.
+    """A kernel's cache, which loads a compiled kernel without the parts of numba that compile.
+
+    numba itself first imports its implementations of Python and NumPy, and with them SciPy, which
+    takes longer than everything else. A compilation still imports them.
+
+    Parameters
+    ----------
+    stamp : str
+        See :func:`source_stamp`.
+    """
+
+    def __init__(self, function: Callable[..., object], stamp: str) -> None:
+        super().__init__(function)
+        place = function.__module__, function.__qualname__
+        self._cache_file = _CheckedFiles(self._cache_path, self._impl.filename_base, stamp, place)
+        # The stamp is also part of the version, which is read first: a cache of other sources
+        # may contain objects of classes that no longer exist and must not be read.
+        self._cache_file._version = f"{numba.__version__} {stamp}"
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the kernel for a signature, or None if it is not on disk."""
+        rtsys.initialize(target_context)  # Kernels that make arrays call it.
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
 
 
 class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]  # numba has no types.
@@ -145,7 +201,8 @@ class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]  # numba has no t
         module, name = self._place
         # A function of a function, or of the program's main file, cannot be found by its name.
         if found is None and _By.elsewhere and name.isidentifier() and module != "__main__":
-            _By.elsewhere(module, name, key[0])
+            with event.trigger_event(COMPILING):
+                _By.elsewhere(module, name, key[0])
             found = self._loaded(key)
         return found
 

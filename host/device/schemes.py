@@ -14,16 +14,13 @@ from __future__ import annotations
 
 import abc
 import dataclasses
-import tomllib
-from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib import metadata
-from pathlib import Path
 from typing import Protocol, Self
 from urllib.parse import parse_qsl, urlencode
 
 from pathgene.hdl.config import Config
 from pathgene.host.device.transport import Transport
+from pathgene.host.entry_points import entry_points
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.numeric import parse, whole
 from pathgene.host.old_words import current_url
@@ -167,7 +164,7 @@ def registered_scheme(url: str) -> BoardScheme | None:
         If the package that registers the scheme cannot be loaded.
     """
     name, colon, _ = url.partition(":")
-    point = next((point for point in _entry_points() if colon and point.name == name), None)
+    point = next((point for point in entry_points(GROUP) if colon and point.name == name), None)
     if point is None:
         return None
     try:
@@ -179,7 +176,7 @@ def registered_scheme(url: str) -> BoardScheme | None:
 
 def scheme_names() -> list[str]:
     """Return the names of all registered schemes."""
-    return list(dict.fromkeys(point.name for point in _entry_points()))
+    return list(dict.fromkeys(point.name for point in entry_points(GROUP)))
 
 
 def _value(text: str) -> int | str:
@@ -188,22 +185,6 @@ def _value(text: str) -> int | str:
         return whole(text)
     except ValueError:
         return text
-
-
-def _entry_points() -> Iterator[metadata.EntryPoint]:
-    """Yield the entry points of the checkout, then the entry points of installed packages.
-
-    An editable installation keeps the entry points from the time of installation. In a checkout,
-    ``pyproject.toml`` is up to date.
-    """
-    declared = Path(__file__).resolve().parents[2] / "pyproject.toml"
-    if declared.is_file():
-        project = tomllib.loads(declared.read_text("utf-8")).get("project", {})
-        # The file next to an installed package may belong to another project.
-        if project.get("name") == "pathgene":
-            for name, value in project.get("entry-points", {}).get(GROUP, {}).items():
-                yield metadata.EntryPoint(name, value, GROUP)
-    yield from metadata.entry_points(group=GROUP)
 
 
 def parse_patience(text: str) -> float | None:

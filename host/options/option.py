@@ -12,7 +12,7 @@ __all__ = ["Desk", "Group", "Option"]
 
 #: Groups of options: commands take whole groups. ``own`` are the options of single planners, and
 #: ``file`` are keys of a problem file that have no option.
-Group = Literal["problem", "rules", "search", "planning", "own", "output", "file"]
+Group = Literal["problem", "rules", "search", "planning", "own", "end", "output", "file"]
 
 #: Places on the page of ``pathgene desk``.
 Desk = Literal["form", "map", "none"]

@@ -202,6 +202,20 @@ _PROBLEM = (
            meaning="pressure at sea level for flight levels of zones, hPa",
            group="problem", table="mission", metavar="HPA",
            default_text="any from 950 to 1050", example="1013.25"),
+    Option(name="end", kind=choice(("loiter", "land", "rtl")),
+           meaning="end of the exported mission after its goal: a circle with room, a landing "
+                   "(--land) or a return to home",
+           group="end", table="mission",
+           default_text="loiter; land with --land; as planned for export and upload",
+           example='"rtl"'),
+    Option(name="land", kind=vector("X,Y,HEADING"),
+           meaning="place of a landing and the heading there, degrees clockwise from true north; "
+                   "the mission ends with an approach and a go-around that have room",
+           group="end", table="mission", default_text="none", example="[4000.0, 4200.0, 90.0]"),
+    Option(name="land_geo", kind=vector("LAT,LON,HEADING"),
+           meaning="instead of land: WGS84 latitude and longitude, and the heading",
+           group="end", table="mission", instead_of="land", default_text="none",
+           example="[36.54, -84.05, 90.0]"),
     Option(name="nofly", kind=PATH,
            meaning=f"file of no-fly zones: {zone_files()}",
            group="problem", table="zones", key="file", metavar="FILE", default=(),
@@ -304,7 +318,7 @@ _OWN = (
     _own("two_opt_every", INTEGER, "iterations between two applications of 2-opt; 0 for none",
          "20", "8"),
     _own("max_waypoints", INTEGER, "maximum transitional waypoints of a path",
-         "20, of astar 16", "8"),
+         "20, of astar 16, or 64 where 16 find no path", "8"),
     _own("init", choice(("random", "astar")), "first population: random, or astar: the paths that "
          "the planner astar finds, and varied copies of them", "random", '"random"'),
     _own("refits", INTEGER, "children per generation that are the best path with one or two "
@@ -326,6 +340,16 @@ _OUTPUT = (
                    "path.geojson is always written",
            group="output", table="output", metavar="LIST", default="", example='"plan,kml"',
            desk="none"),
+    Option(name="fence_corners", kind=INTEGER,
+           meaning="maximum corners and circles of an autopilot's fences, to which zones are"
+                   " simplified outwards",
+           group="output", table="output",
+           default_text="64; for an ArduPilot that is known, 84", example="64", desk="none"),
+    Option(name="simplify", kind=NUMBER,
+           meaning="maximum distance of an autopilot's legs from legs that touch the track, metres;"
+                   " 0 keeps every waypoint",
+           group="output", table="output", metavar="M",
+           default_text="1", example="1.0", desk="none"),
     Option(name="picture", kind=BOOLEAN,
            meaning="draw path.png; otherwise remove any left by an earlier run",
            group="output", table="output", default=True, example="true", desk="none"),

@@ -10,9 +10,10 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from numba import types
 
 from pathgene.host import compiling
-from pathgene.jit import compile_by
+from pathgene.jit import compile_by, compiling_s
 from tests.support.host.processes import Started, slowdown
 
 
@@ -64,13 +65,21 @@ def counts(kernel):
 
 def test_a_kernel_is_compiled_apart(kernel):
     compiling.compile_apart()
+    begun_s, compiled_s = time.perf_counter(), compiling_s()
     assert kernel(2) == 6
     assert counts(kernel) == (1, 0)
+    # It starts Python and loads numba.
+    assert 0.05 < compiling_s() - compiled_s < time.perf_counter() - begun_s
     # The same helper compiles for another type.
     helper = compiling._HELPER._process
     assert kernel(0.5) == 1.5
     assert counts(kernel) == (2, 0)
     assert compiling._HELPER._process is helper
+    seen = []
+    compiling._HELPER.call(
+        "kernel_apart", "kernel_apart.compile", (types.int32,), progress=seen.append
+    )
+    assert seen == [1]
     compiling.end()
     assert helper.returncode is not None
 

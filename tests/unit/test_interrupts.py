@@ -1,10 +1,12 @@
 """Ctrl-C, and signals with the same effect."""
 
+import _imp
 import os
 import signal
 import subprocess
 import sys
 import time
+from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
 
 import pytest
@@ -82,6 +84,55 @@ def test_an_interrupt_of_a_destructor_is_not_lost(number):
             interrupted()
         assert interrupts.status() == 128 + number
     assert sys.unraisablehook is hook
+
+
+INSIDE_INITIALISATION = """
+import enum, importlib.machinery, importlib.util, pathlib, signal, sys
+from pathgene.host import interrupts
+
+def trace(frame, event, argument):
+    if frame.f_code.co_filename == enum.__file__:
+        sys.settrace(None)
+        signal.raise_signal(signal.SIGHUP)
+
+# The part of Matplotlib that creates enumerations while it is initialised.
+folder, = importlib.util.find_spec("matplotlib").submodule_search_locations
+file = pathlib.Path(folder, "ft2font" + importlib.machinery.EXTENSION_SUFFIXES[0])
+spec = importlib.util.spec_from_file_location("ft2font", file)
+with interrupts.caught():
+    try:
+        sys.settrace(trace)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        assert sys.gettrace() is None
+        while True:
+            pass
+    except KeyboardInterrupt:
+        assert module.FT2Font
+sys.exit(interrupts.status())
+"""
+
+
+def test_an_interrupt_waits_until_an_extension_module_is_initialised():
+    """The module turns an exception in its initialisation into an ``ImportError``."""
+    command = [sys.executable, "-c", INSIDE_INITIALISATION]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (128 + signal.SIGHUP, "")
+
+
+@pytest.mark.parametrize("method", ["create", "exec"])
+def test_an_endless_initialisation_is_interrupted(monkeypatch, method):
+    def initialise(*_arguments):
+        signal.raise_signal(signal.SIGTERM)
+        time.sleep(60)
+
+    monkeypatch.setattr(_imp, f"{method}_dynamic", initialise)
+    began = time.monotonic()
+    with interrupts.caught():
+        with pytest.raises(KeyboardInterrupt):
+            getattr(ExtensionFileLoader("endless", "endless.so"), f"{method}_module")(None)
+        assert interrupts.status() == 128 + signal.SIGTERM
+    assert 0.9 < time.monotonic() - began < 30
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")

@@ -2,7 +2,7 @@
 
 import io
 
-from pathgene.host.progress import Progress
+from pathgene.host.progress import Counter, Progress
 
 
 class Terminal(io.StringIO):
@@ -63,3 +63,14 @@ def test_shows_nothing_without_generations():
     stream = Terminal()
     Progress(stream, 5).close()
     assert stream.getvalue() == ""
+
+
+def test_a_counter_is_for_terminals():
+    shown = []
+    for stream in (Terminal(), io.StringIO()):
+        counter = Counter(stream, "kernels compiled")
+        counter.update(1)
+        counter.update(2)
+        counter.close()
+        shown.append(stream.getvalue())
+    assert shown == ["\r\x1b[K1 kernels compiled\r\x1b[K2 kernels compiled\n", ""]

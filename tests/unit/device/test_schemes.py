@@ -6,7 +6,7 @@ from importlib import metadata
 import pytest
 
 from pathgene.hdl.config import Config
-from pathgene.host.device import schemes
+from pathgene.host import entry_points
 from pathgene.host.device.boards import board_scheme, known_config, open_board
 from pathgene.host.device.schemes import GROUP, registered_scheme, scheme_names
 from pathgene.host.device.serial_port import SerialScheme
@@ -83,7 +83,7 @@ def test_reads_the_project_file_of_its_checkout_alone(text, names, tmp_path, mon
     installed = [point.name for point in metadata.entry_points(group=GROUP)]
     if text is not None:
         (tmp_path / "pyproject.toml").write_text(text)
-    monkeypatch.setattr(schemes, "__file__", str(tmp_path / "host" / "device" / "schemes.py"))
+    monkeypatch.setattr(entry_points, "__file__", str(tmp_path / "host" / "entry_points.py"))
     assert scheme_names() == list(dict.fromkeys([*names, *installed]))
 
 

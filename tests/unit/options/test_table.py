@@ -74,7 +74,7 @@ def test_a_row_is_found_in_every_place():
     assert done.stderr == ""
     assert json.loads(done.stdout) == {
         "own in help": ["batch", "compare", "plan"],
-        "problem in help": ["check", "compare", "diagnose", "plan"],
+        "problem in help": ["check", "compare", "diagnose", "mend", "plan"],
         "problem file": {"bird_m": 7.5, "bird_width": 4},
         "written": ["[mission]", "bird_m = 7.5", "", "[planner]", "bird_width = 4"],
         "docs": [

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from bench.report import Options, Report
 from pathgene.host.errors import InputError
 from pathgene.sim.autopilot.airframe import SIMULATED_PLANE, eas2tas
+from pathgene.sim.autopilot.flown import Flown
 from pathgene.sim.autopilot.items import Command, Item
 from pathgene.sim.autopilot.parameters import ARDUPLANE, Parameters
 from pathgene.sim.autopilot.parameters import SIMULATED_PLANE as SIMULATED_PARAMETERS
@@ -31,7 +32,7 @@ from pathgene.sim.autopilot.vehicle import PERIOD_S
 from pathgene.sim.autopilot.wind import Wind
 
 
-__all__ = ["ALLOWED", "Flown", "RealFlight", "figures", "fly", "from_legs", "read_flight", "run"]
+__all__ = ["ALLOWED", "RealFlight", "figures", "fly", "from_legs", "read_flight", "run"]
 
 #: Allowed difference of the double from the flight, as a share.
 ALLOWED = 0.3
@@ -48,25 +49,6 @@ _TURBULENCE_S = 0.04
 _OFF_M = 60.0
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Flown:
-    """A flight, real or simulated.
-
-    Parameters
-    ----------
-    time_s, place, altitude_m, roll_deg : arrays
-        Seconds; (n, 2) metres east and north of home; metres AMSL; degrees.
-    index : array
-        Number of the item under way.
-    """
-
-    time_s: Array
-    place: Array
-    altitude_m: Array
-    roll_deg: Array
-    index: NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from pymavlink.dialects.v20 import common as mavlink
 from pathgene.sim.autopilot.airframe import SIMULATED_PLANE, Airframe, eas2tas
 from pathgene.sim.autopilot.commands import Commands
 from pathgene.sim.autopilot.controlled import CommandResult
+from pathgene.sim.autopilot.craft import Craft
 from pathgene.sim.autopilot.feasibility import refusal
 from pathgene.sim.autopilot.fence import Fence
 from pathgene.sim.autopilot.items import DEGREES, FENCE, FRAMES, MISSION, RALLY, Frame, Item
@@ -23,7 +24,7 @@ from pathgene.sim.autopilot.places import Plane, distance
 from pathgene.sim.autopilot.rules import ARDUPLANE_RULES, PX4_RULES
 from pathgene.sim.autopilot.targets import Earth, Target
 from pathgene.sim.autopilot.telemetry import Telemetry
-from pathgene.sim.autopilot.vehicle import PERIOD_S
+from pathgene.sim.autopilot.vehicle import PERIOD_S, Vehicle
 from pathgene.sim.autopilot.wind import Wind
 
 
@@ -81,6 +82,8 @@ class Autopilot:
         By default :func:`parameters_of` its kind.
     ground : callable, optional
         Returns the altitude of the ground at a latitude and longitude; home's by default.
+    craft : callable, optional
+        Returns another aircraft than ``airframe`` in ``wind``, on a plane around home.
 
     Attributes
     ----------
@@ -92,6 +95,8 @@ class Autopilot:
         Whether the motors run.
     reached : list of int
         Numbers of the mission's items that have been done.
+    booted_s : float
+        Instant of the latest start, from which its clock counts.
     """
 
     def __init__(
@@ -103,6 +108,7 @@ class Autopilot:
         airframe: Airframe = SIMULATED_PLANE,
         wind: Wind | None = None,
         ground: Callable[[float, float], float] | None = None,
+        craft: Callable[[Plane], Craft] | None = None,
         system: int = 1,
     ) -> None:
         self.kind = kind
@@ -124,20 +130,15 @@ class Autopilot:
             say=self.say,
             changed=self._list_changed,
         )
-        altitude = home_m + start.height_m
-        name = "AIRSPEED_CRUISE" if kind is Kind.ARDUPLANE else "FW_AIRSPD_TRIM"
-        vehicle = start_vehicle(
+        self.pilot = Pilot(
             kind,
             self.parameters,
-            airframe,
-            Wind() if wind is None else wind,
-            place=(*start.offset_m, altitude),
-            heading_rad=math.radians(start.heading_deg),
-            airspeed_m_s=self.parameters[name] * eas2tas(altitude) ** airframe.pitot_exponent,
+            self._small_aircraft(start, airframe, wind) if craft is None else craft(plane),
+            self.earth,
+            lambda: self.lists.items[MISSION],
+            self.say,
         )
-        self.pilot = Pilot(
-            kind, self.parameters, vehicle, self.earth, lambda: self.lists.items[MISSION], self.say
-        )
+        self.pilot.return_target = self._return_target
         self.armed = start.armed
         self.lists.current = lambda: self.pilot.sequencer.index
         self.lists.chosen = self.set_current
@@ -146,10 +147,26 @@ class Autopilot:
             self.lists.home = Item(16, 0, (0.0,) * 4, *place, home_m)
         self._fence = Fence()
         self._is_breached = False
-        self._told = 0
+        self._told = self._texts = 0
         self._time_s = 0.0
+        self._boots_s = -math.inf
+        self.booted_s = 0.0
         self._commands = Commands(self)
         self._telemetry = Telemetry(self)
+
+    def _small_aircraft(self, start: Start, airframe: Airframe, wind: Wind | None) -> Vehicle:
+        """Return the simulated aircraft in level flight at its cruise speed."""
+        altitude = self.earth.home_m + start.height_m
+        name = "AIRSPEED_CRUISE" if self.kind is Kind.ARDUPLANE else "FW_AIRSPD_TRIM"
+        return start_vehicle(
+            self.kind,
+            self.parameters,
+            airframe,
+            Wind() if wind is None else wind,
+            place=(*start.offset_m, altitude),
+            heading_rad=math.radians(start.heading_deg),
+            airspeed_m_s=self.parameters[name] * eas2tas(altitude) ** airframe.pitot_exponent,
+        )
 
     @property
     def time_s(self) -> float:
@@ -161,10 +178,35 @@ class Autopilot:
         """Numbers of the mission's items that have been done."""
         return self.pilot.sequencer.reached
 
+    def restart(self, silent_s: float, *, keeps_lists: bool = True) -> None:
+        """Restart, as after a failure of its power; it is silent for a while.
+
+        Uploads under way are forgotten. Lists stay in its storage if it has one: an ArduPilot then
+        holds the items of a mission that have arrived.
+        """
+        self._boots_s = self.booted_s = self._time_s + silent_s
+        self.lists.restart(keeps=keeps_lists)
+        self.armed = False
+        self.pilot.sequencer.choose(0)
+        self._out.clear()
+
     def say(self, text: str) -> None:
-        """Send a text to the ground station."""
-        short = text.encode()[:_TEXT]
-        self._out.append(mavlink.MAVLink_statustext_message(6, short))
+        """Send a text to the ground station; a long one is sent in parts with a common number."""
+        packed = text.encode()
+        parts = [packed[i : i + _TEXT] for i in range(0, len(packed), _TEXT)]
+        self._texts += len(parts) > 1
+        number = self._texts if len(parts) > 1 else 0
+        for place, part in enumerate(parts):
+            self._out.append(
+                mavlink.MAVLink_statustext_message(6, part, id=number, chunk_seq=place)
+            )
+
+    def tell(self, number: int) -> CommandResult:
+        """Send the message of a number, of which the state of the mission is known here."""
+        if number != mavlink.MAVLINK_MSG_ID_MISSION_CURRENT:
+            return CommandResult.UNSUPPORTED
+        self._out.append(self._telemetry.mission_current())
+        return CommandResult.ACCEPTED
 
     def handle(self, message: Any, now_s: float) -> list[Any]:
         """Return the answers to a message of a ground station.
@@ -176,7 +218,8 @@ class Autopilot:
         now_s : float
             The present instant, for the timeouts of uploads.
         """
-        if getattr(message, "target_system", self.system) not in (0, self.system):
+        is_for_another = getattr(message, "target_system", self.system) not in (0, self.system)
+        if is_for_another or now_s < self._boots_s:
             return []
         answers = self.lists.handle(message, now_s)
         answers += self._commands.handle(message)
@@ -185,6 +228,9 @@ class Autopilot:
     def advance(self, now_s: float) -> list[Any]:
         """Fly up to an instant and return the messages that nobody asked for."""
         out = self.lists.tick(now_s)
+        if now_s < self._boots_s:
+            self._time_s = max(self._time_s, now_s)
+            return []
         while self._time_s + PERIOD_S <= now_s + 1e-9:
             self._time_s += PERIOD_S
             if self.armed:

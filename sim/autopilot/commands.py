@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import struct
 from typing import Any
 
 from pymavlink.dialects.v20 import common as mavlink
 
 from pathgene.sim.autopilot.controlled import CommandResult, Controlled
-from pathgene.sim.autopilot.items import DEGREES, FRAMES, Command, Frame
+from pathgene.sim.autopilot.feasibility import arming_refusal
+from pathgene.sim.autopilot.items import DEGREES, FRAMES, MISSION, Command, Frame
+from pathgene.sim.autopilot.parameters import PX4_INTEGERS
 from pathgene.sim.autopilot.pilot import Kind, Mode
 from pathgene.sim.autopilot.targets import Target
 
@@ -22,7 +25,10 @@ _NAMES: dict[Mode, dict[Kind, int]] = {
     Mode.RTL: {Kind.ARDUPLANE: 11, Kind.PX4: 4 << 16 | 5 << 24},
     Mode.LANDED: {Kind.ARDUPLANE: 10, Kind.PX4: 4 << 16 | 6 << 24},
 }
-_REAL32 = 9
+# Values of MAV_PARAM_TYPE.
+_INT32, _REAL32 = 6, 9
+# Value of the second parameter of a command that arms without checks.
+_FORCE = 21196
 
 
 def custom_mode(mode: Mode, kind: Kind) -> int:
@@ -67,7 +73,10 @@ class Commands:
                 return [value for name in autopilot.parameters for value in self._value(name)]
             case "PARAM_SET":
                 if message.param_id in autopilot.parameters:
-                    autopilot.parameters[message.param_id] = message.param_value
+                    value = message.param_value
+                    if self._is_integer(message.param_id):
+                        value = float(struct.unpack("<i", struct.pack("<f", value))[0])
+                    autopilot.parameters[message.param_id] = value
                 return self._value(message.param_id)
         return []
 
@@ -81,18 +90,22 @@ class Commands:
         if name not in parameters:
             return []
         index = list(parameters).index(name)
+        value, kind = parameters[name], _REAL32
+        if self._is_integer(name):
+            value, kind = struct.unpack("<f", struct.pack("<i", int(value)))[0], _INT32
         return [
-            mavlink.MAVLink_param_value_message(
-                name.encode(), parameters[name], _REAL32, len(parameters), index
-            )
+            mavlink.MAVLink_param_value_message(name.encode(), value, kind, len(parameters), index)
         ]
+
+    def _is_integer(self, name: str) -> bool:
+        """Return whether PX4 sends the bytes of an integer for a parameter."""
+        return self._autopilot.kind is Kind.PX4 and name in PX4_INTEGERS
 
     def _do(self, message: Any) -> CommandResult:
         autopilot = self._autopilot
         match message.command:
             case Command.ARM_DISARM:
-                autopilot.armed = bool(message.param1)
-                return CommandResult.ACCEPTED
+                return self._arm(message)
             case Command.MISSION_START:
                 return autopilot.fly_mission()
             case Command.DO_SET_MODE:
@@ -103,11 +116,16 @@ class Commands:
             case Command.DO_SET_MISSION_CURRENT:
                 done = autopilot.set_current(int(message.param1))
                 return CommandResult.ACCEPTED if done else CommandResult.DENIED
+            case Command.DO_GO_AROUND:
+                done = autopilot.pilot.go_around()
+                return CommandResult.ACCEPTED if done else CommandResult.DENIED
             case Command.DO_REPOSITION:
                 return self._reposition(message)
             case Command.RTL:
                 autopilot.return_home("Returning to launch")
                 return CommandResult.ACCEPTED
+            case Command.REQUEST_MESSAGE:
+                return autopilot.tell(int(message.param1))
             case Command.DO_FENCE_ENABLE if autopilot.kind is Kind.ARDUPLANE:
                 autopilot.parameters["FENCE_ENABLE"] = float(message.param1 == 1)
                 return CommandResult.ACCEPTED
@@ -115,6 +133,18 @@ class Commands:
                 autopilot.pilot.sequencer.speed_m_s = message.param2
                 return CommandResult.ACCEPTED
         return CommandResult.UNSUPPORTED
+
+    def _arm(self, message: Any) -> CommandResult:
+        """Start or stop the motors; ArduPlane checks its mission unless the command forces it."""
+        autopilot = self._autopilot
+        arms, is_forced = bool(message.param1), message.param2 == _FORCE
+        if arms and autopilot.kind is Kind.ARDUPLANE and not (autopilot.armed or is_forced):
+            reason = arming_refusal(autopilot.lists.items[MISSION], autopilot.parameters)
+            if reason is not None:
+                autopilot.say(f"Arm: {reason}")
+                return CommandResult.FAILED
+        autopilot.armed = arms
+        return CommandResult.ACCEPTED
 
     def _set_mode(self, number: int) -> CommandResult:
         autopilot = self._autopilot

@@ -8,6 +8,7 @@ takes milliseconds and is the same each time.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from typing import Any
 
 from pymavlink.dialects.v20 import common as mavlink
@@ -33,6 +34,8 @@ class Connection:
         Seed of the faults.
     system, component : int
         Address of the ground station.
+    beside : sequence of Endpoint
+        Further systems on the same link; only the wire to the first one's station has faults.
 
     Attributes
     ----------
@@ -53,11 +56,14 @@ class Connection:
         seed: int = 0,
         system: int = 255,
         component: int = 190,
+        beside: Sequence[Endpoint] = (),
     ) -> None:
         self.autopilot = autopilot
         self.now_s = autopilot.time_s
         self.up = Wire(system, component, up, seed=2 * seed)
         self.down = Wire(autopilot.system, autopilot.component, down, seed=2 * seed + 1)
+        self._ways = [(autopilot, self.down)]
+        self._ways += [(other, Wire(other.system, other.component)) for other in beside]
         self.mav = mavlink.MAVLink(_Port(self), system, component)
         self.port = None
         self._parser = mavlink.MAVLink(None)
@@ -116,7 +122,8 @@ class Connection:
 
     def _pass_to(self, end_s: float) -> None:
         """Go to the next instant at which something happens, at the latest ``end_s``."""
-        next_s = min(self.up.next_s(), self.down.next_s(), self._next_tick_s, end_s)
+        down_s = (down.next_s() for _, down in self._ways)
+        next_s = min(self.up.next_s(), *down_s, self._next_tick_s, end_s)
         self.now_s = max(self.now_s, next_s)
 
     def _happen(self) -> None:
@@ -124,15 +131,18 @@ class Connection:
         # Another connection may have let time pass.
         self.now_s = max(self.now_s, self.autopilot.time_s)
         for message in self.up.arrived(self.now_s):
-            self._reply(self.autopilot.handle(message, self.now_s))
+            for system, down in self._ways:
+                self._reply(system.handle(message, self.now_s), down)
         if self.now_s >= self._next_tick_s:
             self._next_tick_s = self.now_s + PERIOD_S
-            self._reply(self.autopilot.advance(self.now_s))
-        self._inbox.extend(self.down.arrived(self.now_s))
+            for system, down in self._ways:
+                self._reply(system.advance(self.now_s), down)
+        for _, down in self._ways:
+            self._inbox.extend(down.arrived(self.now_s))
 
-    def _reply(self, messages: list[Any]) -> None:
+    def _reply(self, messages: list[Any], down: Wire) -> None:
         for message in messages:
-            self.down.send(message, self.now_s)
+            down.send(message, self.now_s)
 
 
 class _Port:

@@ -32,6 +32,10 @@ class Controlled(Protocol):
     lists: Lists
     pilot: Pilot
     armed: bool
+    booted_s: float
+
+    def say(self, text: str) -> None:
+        """Send a text to the ground station."""
 
     def fly_mission(self) -> CommandResult:
         """Begin the mission."""
@@ -44,3 +48,6 @@ class Controlled(Protocol):
 
     def return_home(self, reason: str) -> None:
         """Return home."""
+
+    def tell(self, number: int) -> CommandResult:
+        """Send the message of a number."""

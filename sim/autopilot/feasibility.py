@@ -1,7 +1,8 @@
-"""PX4's check of a mission before it starts.
+"""Checks of a mission: PX4's before it starts, and ArduPlane's before it arms.
 
 From PX4's published list of checks for fixed wings: a landing by ``MIS_TKO_LAND_REQ``, an approach
-above its landing point, and take-off first. ArduPlane has no such check.
+above its landing point, and take-off first. ArduPlane starts every mission, but since version 4.2
+it does not arm with a landing sequence that no return uses.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from pathgene.sim.autopilot.items import FRAMES, Command, Frame, Item
 from pathgene.sim.autopilot.parameters import Parameters
 
 
-__all__ = ["refusal"]
+__all__ = ["arming_refusal", "refusal"]
 
 # Values of MIS_TKO_LAND_REQ: none, take-off, landing, both, both or none, landing as in missions
 # without a take-off in the air.
@@ -40,6 +41,17 @@ def refusal(items: Sequence[Item], parameters: Parameters, home_m: float) -> str
             return "Mission rejected: Takeoff or Landing item missing."
         case 4 if takes_off != lands:
             return "Mission rejected: Add Takeoff and Landing item or remove both."
+    return None
+
+
+def arming_refusal(items: Sequence[Item], parameters: Parameters) -> str | None:
+    """Return why ArduPlane does not arm, in its words, or None."""
+    if parameters.get("RTL_AUTOLAND") != 0:
+        return None
+    held = {item.command for item in items}
+    for command in (Command.DO_LAND_START, Command.DO_RETURN_PATH_START):
+        if command in held:
+            return f"{command.name} set and RTL_AUTOLAND disabled"
     return None
 
 

@@ -1,8 +1,10 @@
 """Height and speed control of ArduPlane: total energy, by throttle, and its balance, by pitch.
 
-The equations of TECS as ArduPilot publishes them, with an airspeed sensor, in normal flight. The
-demand for height is averaged over two calls, limited in its rate, and delayed by
-``TECS_HDEM_TCONST``.
+The equations of TECS as ArduPilot publishes them, with an airspeed sensor, in normal flight and in
+landings. The demand for height is averaged over two calls, limited in its rate, and delayed by
+``TECS_HDEM_TCONST``. In a landing the delay is compensated, the time constant is
+``TECS_LAND_TCONST``, and pitch follows the height more and the speed less, until the height alone
+counts at the touch-down. The flare turns the sink rate into ``TECS_LAND_SINK`` without throttle.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from dataclasses import dataclass, replace
 
 from pathgene.sim.autopilot.airframe import GRAVITY_M_S2
 from pathgene.sim.autopilot.parameters import Parameters
+from pathgene.sim.autopilot.targets import Approach
 
 
 __all__ = ["Demand", "Tecs", "Vertical"]
@@ -52,6 +55,16 @@ class Demand:
     throttle: float
 
 
+@dataclass
+class _Flare:
+    """The beginning of a flare, and its two heights: from the demanded and from the flown one."""
+
+    begun_m: float
+    climb_m_s: float
+    demanded_m: float
+    flown_m: float
+
+
 class Tecs:
     """State of the total energy control.
 
@@ -70,14 +83,22 @@ class Tecs:
         self._parameters = parameters
         self._is_new = True
         self._tas = self._tas_drift = 0.0
-        self.height_m = 0.0
+        self.height_m = self._height_rate = 0.0
+        self._approach: Approach | None = None
+        self._flare: _Flare | None = None
 
     def reset(self) -> None:
         """Begin again from the measured height at the next call."""
         self._is_new = True
 
     def update(
-        self, now: Vertical, height_m: float, eas_m_s: float, load: float, dt_s: float
+        self,
+        now: Vertical,
+        height_m: float,
+        eas_m_s: float,
+        load: float,
+        dt_s: float,
+        approach: Approach | None = None,
     ) -> Demand:
         """Return pitch and throttle for a demanded height and equivalent airspeed.
 
@@ -87,12 +108,21 @@ class Tecs:
             Load factor of the demanded bank, which raises the minimum airspeed.
         dt_s : float
             Seconds since the last call; ArduPlane calls ten times a second.
+        approach : Approach or None
+            State of a landing.
         """
+        self._approach = approach
         if self._is_new:
             self._initialize(now, eas_m_s)
         now = self._smoothed(now, dt_s)
         self._limit_speed(now, eas_m_s, load, dt_s)
+        if approach is not None and approach.flares:
+            self._sink_slowly(now, approach, dt_s)
+            return Demand(self._pitch(now, dt_s), 0.0)
+        self._flare = None
         self._delay_height(height_m, dt_s)
+        lag_s = self._parameters["TECS_HDEM_TCONST"]
+        self._followed_m = self.height_m + (0.0 if approach is None else lag_s * self._height_rate)
         pitch = self._pitch(now, dt_s)
         return Demand(pitch, self._throttle(now, dt_s))
 
@@ -110,6 +140,7 @@ class Tecs:
         self._is_new = False
         self._tas, self._tas_drift = now.tas_m_s, 0.0
         self.height_m = self._height_in = self._height_limited = now.height_m
+        self._followed_m = now.height_m
         self._height_before = now.height_m
         self._height_rate = 0.0
         self._climb_scale = self._sink_scale = 1.0
@@ -149,7 +180,7 @@ class Tecs:
         rise = min(max(rise, 0.5 * least / speed), 0.5 * most / speed)
         self._tas_dem_limited += rise * dt_s
         self._tas_dem_rate = rise
-        slow = dt_s / (dt_s + get["TECS_TIME_CONST"])
+        slow = dt_s / (dt_s + self._time_s)
         self._tas_dem_rate_slow += (rise - self._tas_dem_rate_slow) * slow
         self._tas_rate_slow += (now.forward_m_s2 - self._tas_rate_slow) * slow
         self._tas_dem_limited = min(max(self._tas_dem_limited, slowest), self._tas_most)
@@ -172,6 +203,8 @@ class Tecs:
         self._height_rate = (self._height_limited - self.height_m) / lag_s
         share = dt_s / (dt_s + lag_s)
         self.height_m += (self._height_limited - self.height_m) * share
+        if self._approach is not None:
+            return
         is_short_up = self._cannot_climb or self._balance_stop > 0
         is_short_down = self._cannot_sink or self._balance_stop < 0
         if is_short_up and self.height_m > self._height_before:
@@ -182,6 +215,40 @@ class Tecs:
             self._climb_scale += (1 - self._climb_scale) * share
             self._sink_scale += (1 - self._sink_scale) * share
         self._height_before = self.height_m
+
+    def _sink_slowly(self, now: Vertical, approach: Approach, dt_s: float) -> None:
+        """Lead the sink rate over to the one at the touch-down, linearly with the height."""
+        get = self._parameters
+        if self._flare is None:
+            climb = now.climb_m_s
+            self._flare = _Flare(approach.above_m, climb, self._followed_m, now.height_m)
+        flare, last_m = self._flare, get["TECS_FLARE_HGT"]
+        share = 1.0
+        if flare.begun_m > last_m:
+            share = (flare.begun_m - approach.above_m) / (flare.begun_m - last_m)
+            share = min(max(share, 0.0), 1.0)
+        self._height_rate = flare.climb_m_s * (1 - share) - get["TECS_LAND_SINK"] * share
+        flare.demanded_m += self._height_rate * dt_s
+        flare.flown_m += self._height_rate * dt_s
+        self._followed_m = flare.demanded_m * (1 - share) + flare.flown_m * share
+        # After a missed approach, the demand begins at the present height.
+        self.height_m = self._height_in = self._height_limited = now.height_m
+
+    @property
+    def _time_s(self) -> float:
+        name = "TECS_TIME_CONST" if self._approach is None else "TECS_LAND_TCONST"
+        return max(self._parameters[name], 0.1)
+
+    @property
+    def _speed_weight(self) -> float:
+        """Weight of the speed in the pitch, which a landing lowers to 0."""
+        get, approach = self._parameters, self._approach
+        weight = get["TECS_SPDWEIGHT"]
+        if approach is not None:
+            weight *= 1 - approach.flown
+            if get["TECS_LAND_SPDWGT"] >= 0:
+                weight = get["TECS_LAND_SPDWGT"]
+        return min(max(weight, 0.0), 2.0)
 
     @property
     def _cannot_climb(self) -> bool:
@@ -199,18 +266,24 @@ class Tecs:
             most = min(most, get["TECS_PITCH_MAX"])
         if get["TECS_PITCH_MIN"] < 0:
             least = max(least, get["TECS_PITCH_MIN"])
+        if self._flare is not None and self._approach is not None:
+            begun_m = self._flare.begun_m
+            down = 1 - self._approach.above_m / begun_m if begun_m > get["TECS_FLARE_HGT"] else 1.0
+            down = min(max(down, 0.0), 1.0)
+            least = max(least, (1 - down) * least + down * get["LAND_PITCH_DEG"])
+            most = max(get["TECS_LAND_PMAX"] or most, least)
         return math.radians(least), math.radians(most)
 
     def _pitch(self, now: Vertical, dt_s: float) -> float:
         """Return the pitch that exchanges speed and height as demanded."""
         get = self._parameters
-        time_s = get["TECS_TIME_CONST"]
+        time_s = self._time_s
         least, most = self._pitch_limits
-        weight = min(max(get["TECS_SPDWEIGHT"], 0.0), 2.0)
+        weight = self._speed_weight
         for_height, for_speed = min(2.0 - weight, 1.0), min(weight, 1.0)
         speed = max(now.tas_m_s, 3.0)
         kinetic, kinetic_dem = 0.5 * speed**2, 0.5 * self._tas_dem_limited**2
-        error = (self.height_m - now.height_m) * GRAVITY_M_S2 * for_height
+        error = (self._followed_m - now.height_m) * GRAVITY_M_S2 * for_height
         error -= (kinetic_dem - kinetic) * for_speed
         rate = self._height_rate * GRAVITY_M_S2 * for_height + error / time_s
         up, down = get["TECS_CLMB_MAX"] * GRAVITY_M_S2, get["TECS_SINK_MAX"] * GRAVITY_M_S2
@@ -219,7 +292,7 @@ class Tecs:
         measured = now.climb_m_s * GRAVITY_M_S2 * for_height
         measured -= speed * (now.forward_m_s2 - self._tas_rate_slow) * for_speed
         rate_error = rate - measured
-        total = rate + rate_error * get["TECS_PTCH_DAMP"]
+        total = rate + rate_error * get["TECS_LAND_DAMP" if self._flare else "TECS_PTCH_DAMP"]
         gain = speed * GRAVITY_M_S2
         slack = math.radians(5)
         low, high = gain * (least - slack) - total, gain * (most + slack) - total
@@ -245,11 +318,11 @@ class Tecs:
     def _throttle(self, now: Vertical, dt_s: float) -> float:
         """Return the throttle that changes the total energy as demanded."""
         get = self._parameters
-        time_s = get["TECS_TIME_CONST"]
+        time_s = self._time_s
         most, least = get["THR_MAX"] / 100, get["THR_MIN"] / 100
         speed = max(now.tas_m_s, 3.0)
         kinetic = 0.5 * speed**2
-        potential_error = (self.height_m - now.height_m) * GRAVITY_M_S2
+        potential_error = (self._followed_m - now.height_m) * GRAVITY_M_S2
         most_error = max(kinetic - 0.5 * self._tas_least**2, 0.0)
         least_error = min(kinetic - 0.5 * self._tas_most**2, 0.0)
         error = (

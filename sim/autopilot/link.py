@@ -25,14 +25,18 @@ class Faults:
         Every message takes the delay, and up to ``jitter_s`` more; order may change.
     loss : float
         Share of messages that do not arrive, 0 to 1.
-    dies_s : float
-        Instant from which nothing arrives.
+    twice : float
+        Share of messages that arrive twice, 0 to 1.
+    dies_s, heals_s : float
+        Instants from which nothing is sent, and from which messages are sent again.
     """
 
     delay_s: float = 0.0
     jitter_s: float = 0.0
     loss: float = 0.0
+    twice: float = 0.0
     dies_s: float = float("inf")
+    heals_s: float = float("inf")
 
 
 class Wire:
@@ -72,10 +76,19 @@ class Wire:
         faults = self.faults
         packed = bytes(message.pack(self._packer))
         self._packer.seq = (self._packer.seq + 1) % 256
-        is_lost = self._random.random() < faults.loss or now_s >= faults.dies_s
+        is_dead = faults.dies_s <= now_s < faults.heals_s
+        is_lost = self._random.random() < faults.loss or is_dead
         late_s = faults.delay_s + faults.jitter_s * self._random.random()
-        if not (is_lost or self.drops(message)):
+        if is_lost or self.drops(message):
+            return
+        heapq.heappush(self._queue, (now_s + late_s, next(self._order), packed))
+        if faults.twice and self._random.random() < faults.twice:
+            late_s = faults.delay_s + faults.jitter_s * self._random.random()
             heapq.heappush(self._queue, (now_s + late_s, next(self._order), packed))
+
+    def restart(self) -> None:
+        """Number messages from 0 again, as a system does that has restarted."""
+        self._packer.seq = 0
 
     def next_s(self) -> float:
         """Return the instant at which the next message arrives, infinite for none."""

@@ -90,6 +90,14 @@ class Lists:
         """Give an upload up without a word; items in their places stay there."""
         self._uploads.pop(kind, None)
 
+    def restart(self, *, keeps: bool = True) -> None:
+        """Forget uploads under way, and the lists, too, if no storage keeps them."""
+        self._uploads.clear()
+        self._completed.clear()
+        for kind in KINDS if not keeps else ():
+            self.items[kind] = []
+            self._changed(kind)
+
     def is_receiving(self, kind: int) -> bool:
         """Return whether an upload of a kind is under way."""
         return kind in self._uploads

@@ -10,7 +10,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 
-__all__ = ["ARDUPLANE", "PX4", "SIMULATED_PLANE", "Parameters"]
+__all__ = ["ARDUPLANE", "PX4", "PX4_INTEGERS", "SIMULATED_PLANE", "Parameters"]
+
+#: Parameters of PX4 that are integers, whose bytes it sends.
+PX4_INTEGERS = frozenset({"GF_ACTION", "MAV_SYS_ID", "MIS_TKO_LAND_REQ"})
 
 #: Defaults of ArduPlane that matter here. Metres, seconds, degrees, m/s and percent.
 ARDUPLANE: Mapping[str, float] = {
@@ -23,6 +26,12 @@ ARDUPLANE: Mapping[str, float] = {
     "FENCE_ALT_MAX": 100.0,
     "FENCE_ENABLE": 0.0,
     "FENCE_TYPE": 4.0,
+    "LAND_FLARE_AIM": 50.0,
+    "LAND_FLARE_ALT": 3.0,
+    "LAND_FLARE_SEC": 2.0,
+    "LAND_PITCH_DEG": 0.0,
+    "LAND_WIND_COMP": 50.0,
+    "LEVEL_ROLL_LIMIT": 5.0,
     "NAVL1_PERIOD": 17.0,
     "NAVL1_DAMPING": 0.75,
     "NAVL1_XTRACK_I": 0.02,
@@ -40,8 +49,15 @@ ARDUPLANE: Mapping[str, float] = {
     "STALL_PREVENTION": 1.0,
     "SYSID_THISMAV": 1.0,
     "TECS_CLMB_MAX": 5.0,
+    "TECS_FLARE_HGT": 1.0,
     "TECS_HDEM_TCONST": 3.0,
     "TECS_INTEG_GAIN": 0.3,
+    "TECS_LAND_ARSPD": -1.0,
+    "TECS_LAND_DAMP": 0.5,
+    "TECS_LAND_PMAX": 10.0,
+    "TECS_LAND_SINK": 0.25,
+    "TECS_LAND_SPDWGT": -1.0,
+    "TECS_LAND_TCONST": 2.0,
     "TECS_PITCH_MAX": 15.0,
     "TECS_PITCH_MIN": 0.0,
     "TECS_PTCH_DAMP": 0.3,
@@ -97,8 +113,11 @@ PX4: Mapping[str, float] = {
     "FW_T_CLMB_R_SP": 3.0,
     "FW_T_SINK_MAX": 5.0,
     "FW_T_SINK_R_SP": 2.0,
+    "FW_T_SINK_MIN": 2.0,
+    "FW_THR_TRIM": 60.0,
     "GF_ACTION": 2.0,
     "MAV_SYS_ID": 1.0,
+    "MIS_LND_ABRT_ALT": 30.0,
     "MIS_TKO_LAND_REQ": 2.0,
     "NAV_ACC_RAD": 10.0,
     "NAV_FW_ALT_RAD": 10.0,

@@ -7,15 +7,16 @@ from collections.abc import Callable, Sequence
 from enum import Enum
 
 from pathgene.sim.autopilot.airframe import GRAVITY_M_S2, Airframe
+from pathgene.sim.autopilot.craft import Craft
 from pathgene.sim.autopilot.height import Demand, Tecs, Vertical
-from pathgene.sim.autopilot.items import Item
+from pathgene.sim.autopilot.items import Command, Item
 from pathgene.sim.autopilot.lateral import Motion
 from pathgene.sim.autopilot.parameters import Parameters
 from pathgene.sim.autopilot.plane_navigator import PlaneNavigator
 from pathgene.sim.autopilot.px4_height import Px4Height
 from pathgene.sim.autopilot.px4_navigator import Px4Navigator
-from pathgene.sim.autopilot.sequencer import Navigator, Sequencer, Step
-from pathgene.sim.autopilot.targets import Air, Earth, Target
+from pathgene.sim.autopilot.sequencer import Navigator, Sequencer
+from pathgene.sim.autopilot.targets import Air, Earth, Step, Target
 from pathgene.sim.autopilot.vehicle import PERIOD_S, Loops, Vehicle
 from pathgene.sim.autopilot.wind import Wind
 
@@ -56,13 +57,15 @@ class Pilot:
         Seconds flown.
     mode : Mode
         Idle aircraft in the air circle where they are.
+    return_target : callable
+        Returns the place to which a mission returns; over home, if nobody knows rally points.
     """
 
     def __init__(
         self,
         kind: Kind,
         parameters: Parameters,
-        vehicle: Vehicle,
+        vehicle: Craft,
         earth: Earth,
         items: Callable[[], Sequence[Item]],
         say: Callable[[str], None] = lambda _text: None,
@@ -82,6 +85,7 @@ class Pilot:
             self.navigator, self._height = Px4Navigator(parameters), Px4Height(parameters)
         first = 1 if kind is Kind.ARDUPLANE else 0
         self.sequencer = Sequencer(items, self.navigator, first, say)
+        self.return_target: Callable[[], Target] = self.home_target
         self.bank_dem_rad = 0.0
         self.height_dem_m = vehicle.altitude_m
         self.guide(Target(vehicle.place, vehicle.altitude_m), Mode.IDLE)
@@ -100,12 +104,13 @@ class Pilot:
     def air(self) -> Air:
         """Return the aircraft as navigation sees it."""
         vehicle = self.vehicle
-        east, north, _ = vehicle.velocity
+        east, north, climb = vehicle.velocity
         nose = vehicle.nose
         wind_east, wind_north = vehicle.wind
         return Air(
             Motion(vehicle.place, (east, north), nose),
             vehicle.altitude_m,
+            climb,
             (wind_east, wind_north),
             vehicle.sensed_tas_m_s,
             vehicle.eas2tas,
@@ -129,8 +134,28 @@ class Pilot:
             self.say(reason)
             self.guide(target, Mode.RTL)
 
+    def go_around(self) -> bool:
+        """Break a landing off; return whether there is one.
+
+        ArduPlane climbs straight ahead to the height above home that the landing names, and begins
+        the approach again. PX4 circles over the landing point, ``MIS_LND_ABRT_ALT`` above it or
+        higher.
+        """
+        if self.mode is not Mode.AUTO or self.sequencer.command != Command.LAND:
+            return False
+        if self.kind is Kind.ARDUPLANE:
+            self.sequencer.climb_away(self.earth.home_m)
+            return True
+        landing = self.navigator.next
+        least_m = landing.z_m + self.parameters["MIS_LND_ABRT_ALT"]
+        self.guide(Target(landing.place, max(least_m, self.vehicle.altitude_m)))
+        return True
+
     def home_target(self) -> Target:
-        """Return the place to return to without rally points: over home, at the return height."""
+        """Return the place to return to without rally points: over home, at the return height.
+
+        A PX4 above the return height keeps its altitude.
+        """
         if self.kind is Kind.ARDUPLANE:
             height, radius = self.parameters["RTL_ALTITUDE"], self.parameters["RTL_RADIUS"]
         else:
@@ -138,6 +163,8 @@ class Pilot:
         altitude = self.earth.home_m + height
         if height < 0:
             altitude = self.vehicle.altitude_m
+        elif self.kind is Kind.PX4:
+            altitude = max(altitude, self.vehicle.altitude_m)
         return Target((0.0, 0.0), altitude, radius_m=abs(radius), clockwise=radius >= 0)
 
     def tick(self) -> None:
@@ -148,7 +175,7 @@ class Pilot:
         air = self.air()
         step = self._step(air)
         self.height_dem_m = step.height_m
-        self.bank_dem_rad = self._bank(step.steer_m_s2)
+        self.bank_dem_rad = self._bank(step)
         demand = self._vertical(air, step)
         self.vehicle.step(self.bank_dem_rad, demand.pitch_rad, demand.throttle)
         if self.sequencer.has_landed:
@@ -165,20 +192,22 @@ class Pilot:
         return Step(steer, self.navigator.height_m(air))
 
     def _after_mission(self) -> None:
-        """Return home once ArduPlane's mission is complete; PX4 circles where it is."""
+        """Return home once the mission says so, or ArduPlane's is complete; PX4 circles there."""
         if self.mode is not Mode.AUTO or not self.sequencer.is_complete:
             return
-        if self.kind is Kind.ARDUPLANE:
-            self.return_home(self.home_target(), "Mission complete, changing mode to RTL")
+        if self.sequencer.returns:
+            self.return_home(self.return_target(), "Mission returns to home")
+        elif self.kind is Kind.ARDUPLANE:
+            self.return_home(self.return_target(), "Mission complete, changing mode to RTL")
         else:
             self.say("Mission finished, loitering")
             self.guide(Target(self.vehicle.place, self.vehicle.altitude_m), Mode.IDLE)
 
-    def _bank(self, steer_m_s2: float) -> float:
+    def _bank(self, step: Step) -> float:
         """Return the bank for an acceleration, within the limits of bank and load."""
         get = self.parameters
         pitch = min(max(self.vehicle.pitch_rad, -math.pi / 3), math.pi / 3)
-        bank = math.atan(steer_m_s2 / (GRAVITY_M_S2 * math.cos(pitch)))
+        bank = math.atan(step.steer_m_s2 / (GRAVITY_M_S2 * math.cos(pitch)))
         if self.kind is Kind.PX4:
             limit = math.radians(get["FW_R_LIM"])
             return min(max(bank, -limit), limit)
@@ -190,6 +219,8 @@ class Pilot:
                 limit = min(limit, math.radians(25))
             elif load < self._load(bank):
                 limit = min(limit, math.acos(1 / load**2))
+        if step.approach is not None and step.approach.flares:
+            limit = min(limit, math.radians(get["LEVEL_ROLL_LIMIT"]))
         return min(max(bank, -limit), limit)
 
     @staticmethod
@@ -212,7 +243,8 @@ class Pilot:
             vehicle.pitch_rad,
         )
         load = self._load(self.bank_dem_rad)
-        return self._height.update(now, step.height_m, self.cruise_m_s, load, PERIOD_S)
+        speed = self.cruise_m_s if step.approach is None else step.approach.eas_m_s
+        return self._height.update(now, step.height_m, speed, load, PERIOD_S, step.approach)
 
 
 def loops_of(kind: Kind, parameters: Parameters) -> Loops:

@@ -8,7 +8,8 @@ from pathgene.sim.autopilot.items import Frame
 from pathgene.sim.autopilot.lateral import L1
 from pathgene.sim.autopilot.parameters import Parameters
 from pathgene.sim.autopilot.places import Vector, distance, past, share
-from pathgene.sim.autopilot.targets import Air, Target
+from pathgene.sim.autopilot.plane_landing import PlaneLanding
+from pathgene.sim.autopilot.targets import Air, Step, Target
 
 
 __all__ = ["PlaneNavigator"]
@@ -17,6 +18,8 @@ __all__ = ["PlaneNavigator"]
 _SLOPES_ABOVE_M = 20.0
 # A loiter that lies farther away than this multiple of its radius is approached along the leg.
 _APPROACH_RADII = 3.0
+# A landing is steered towards a point this far ahead on its line, so that it never turns back.
+_AHEAD_M = 200.0
 
 
 class PlaneNavigator:
@@ -44,6 +47,7 @@ class PlaneNavigator:
         self._next_follows_leg = False
         self._slope_m = 0.0
         self._turn_rad = math.pi / 2
+        self._landing: PlaneLanding | None = None
 
     def enter(self, air: Air) -> None:
         """Begin a mission here: the way to its first waypoint is no leg to keep to."""
@@ -71,6 +75,9 @@ class PlaneNavigator:
         is_sloped = above_home > _SLOPES_ABOVE_M or goes_down
         self._slope_m = self._slope(self.previous, air) if is_sloped else 0.0
         self._turn_rad = self._turn(after)
+        self._landing = None
+        if target.lands:
+            self._landing = PlaneLanding(self._parameters, self.previous, target)
 
     def go_to(self, target: Target, air: Air) -> None:
         """Fly straight to a target and loiter there, as in RTL and guided flight."""
@@ -144,6 +151,17 @@ class PlaneNavigator:
             self._slope_m = rest / left if left > 0 else rest
         start = self.previous.altitude_m(air.earth, air.place)
         return min(max(asked, min(start, stop)), max(start, stop))
+
+    def land(self, air: Air, dt_s: float) -> tuple[Step, bool]:
+        """Return the demands of a landing, and whether the aircraft flares."""
+        landing, start, stop = self._landing, self.previous.place, self.next.place
+        assert landing is not None
+        length = distance(start, stop)
+        ahead = (distance(start, air.place) + _AHEAD_M) / max(length, 1e-3)
+        beyond = start[0] + ahead * (stop[0] - start[0]), start[1] + ahead * (stop[1] - start[1])
+        steer = self.law.leg(air.motion, start, beyond, dt_s)
+        height, approach = landing.update(air, self.law.crosstrack_m, self.height_m(air))
+        return Step(steer, height, approach=approach), approach.flares
 
     @property
     def is_on_circle(self) -> bool:

@@ -7,10 +7,14 @@ import math
 from pathgene.sim.autopilot.npfg import Npfg
 from pathgene.sim.autopilot.parameters import Parameters
 from pathgene.sim.autopilot.places import Vector, cross, distance, dot, past, share
-from pathgene.sim.autopilot.targets import Air, Target
+from pathgene.sim.autopilot.targets import Air, Step, Target
 
 
 __all__ = ["Px4Navigator"]
+
+# Below this height over the landing point, wings stay level and the demanded height is as far below
+# it, so that the aircraft touches down.
+_TOUCHDOWN_M = 3.0
 
 
 class Px4Navigator:
@@ -62,7 +66,9 @@ class Px4Navigator:
         self._is_near = False
         start, stop, place = self.previous.place, self.next.place, air.place
         length = distance(start, stop)
-        if length < 1e-3 or past(place, start, stop):
+        # A landing keeps to its line beyond its point.
+        is_over = past(place, start, stop) and not self.next.lands
+        if length < 1e-3 or is_over:
             return self._straight_to(stop, air)
         tangent = ((stop[0] - start[0]) / length, (stop[1] - start[1]) / length)
         offset = (place[0] - start[0], place[1] - start[1])
@@ -105,6 +111,13 @@ class Px4Navigator:
         start = self.previous.altitude_m(air.earth, air.place)
         flown = share(air.place, self.previous.place, self.next.place)
         return start + (stop - start) * min(max(flown, 0.0), 1.0)
+
+    def land(self, air: Air, dt_s: float) -> tuple[Step, bool]:
+        """Return the demands of a landing, and whether the aircraft is about to touch down."""
+        ground = self.next.altitude_m(air.earth, air.place)
+        if air.altitude_m - ground > _TOUCHDOWN_M:
+            return Step(self.steer_leg(air, dt_s), self.height_m(air)), False
+        return Step(0.0, ground - _TOUCHDOWN_M), True
 
     @property
     def is_on_circle(self) -> bool:

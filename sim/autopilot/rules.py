@@ -116,13 +116,23 @@ def _judge_ardupilot(item: Item, kind: int) -> Result:
             return Result.UNSUPPORTED_FRAME
         return Result.ACCEPTED if item.command in _FENCES else Result.UNSUPPORTED
     if kind == RALLY:
-        known = item.command == Command.RALLY_POINT
-        return Result.ACCEPTED if known else Result.UNSUPPORTED
+        return _judge_rally(item)
     allowed = _NAN_IN.get(item.command, set())
     for number, value in enumerate(item.params):
         if math.isinf(value) or (math.isnan(value) and number not in allowed):
             return Result(Result.INVALID_PARAM1 + number)
     return _judge_place(item)
+
+
+def _judge_rally(item: Item) -> Result:
+    """Return the result for a rally point, whose height ArduPilot keeps in two bytes."""
+    if item.command != Command.RALLY_POINT:
+        return Result.UNSUPPORTED
+    if abs(item.x) > 90 * 10_000_000:
+        return Result.INVALID_PARAM5_X
+    if abs(item.y) > 180 * 10_000_000:
+        return Result.INVALID_PARAM6_Y
+    return Result.ACCEPTED if -32768 <= item.z <= 32767 else Result.INVALID_PARAM7
 
 
 def _judge_place(item: Item) -> Result:
@@ -170,8 +180,11 @@ def _kept_ardupilot(item: Item, kind: int) -> Item:
         case Command.LOITER:
             params = (0.0, 0.0, float(int(third)), 0.0)
         case Command.LOITER_TO_ALT:
-            params = (first, float(int(second)), 0.0, fourth)
-        case Command.LAND | Command.TAKEOFF:
+            params = (0.0, float(int(second)), 0.0, float(fourth > 0))
+        case Command.LAND:
+            # The sign of the heading is kept, and nothing else.
+            params = (float(int(first)), 0.0, 0.0, -1.0 if fourth < 0 else 1.0)
+        case Command.TAKEOFF:
             params = (first, 0.0, 0.0, 0.0)
         case _:
             params = item.params

@@ -9,17 +9,16 @@ from typing import Protocol
 
 from pathgene.sim.autopilot.items import FRAMES, Command, Frame, Item, has_place
 from pathgene.sim.autopilot.places import Vector
-from pathgene.sim.autopilot.targets import Air, Target
+from pathgene.sim.autopilot.targets import Air, Step, Target
 
 
-__all__ = ["Navigator", "Sequencer", "Step"]
+__all__ = ["Navigator", "Sequencer"]
 
 # A loiter to an altitude is done this close to it.
 _AT_ALTITUDE_M = 5.0
 _MOST_JUMPS = 100
-# Below this height over the landing point, wings stay level and the demanded height is as far below
-# it, so that the aircraft touches down.
-_TOUCHDOWN_M = 3.0
+# Height above home of a go-around that names none.
+_ABORT_M = 30.0
 # An item to continue and climb pushes its target ahead by this distance.
 _AHEAD_M = 300.0
 
@@ -54,29 +53,12 @@ class Navigator(Protocol):
     def height_m(self, air: Air) -> float:
         """Return the altitude to ask for."""
 
+    def land(self, air: Air, dt_s: float) -> tuple[Step, bool]:
+        """Return the demands of a landing, and whether the aircraft is about to touch down."""
+
     @property
     def is_on_circle(self) -> bool:
         """True while the aircraft flies the circle of a loiter."""
-
-
-@dataclass
-class Step:
-    """Demands of a mission for a tenth of a second.
-
-    Parameters
-    ----------
-    steer_m_s2 : float
-        Acceleration to the right.
-    pitch_rad : float or None
-        Pitch of a take-off, which height control does not choose.
-    throttle : float or None
-        Throttle likewise.
-    """
-
-    steer_m_s2: float
-    height_m: float
-    pitch_rad: float | None = None
-    throttle: float | None = None
 
 
 @dataclass
@@ -91,6 +73,7 @@ class _Progress:
     bearing_rad: float = math.nan
     at_altitude: bool = False
     course: Vector = (0.0, 1.0)
+    climbs_to_m: float | None = None
 
 
 @dataclass
@@ -118,8 +101,9 @@ class Sequencer:
     resumes : int
         Number of the item that the mission begins with, or resumes with after another mode. A new
         list does not change it, so another mission is resumed in its middle.
-    is_complete, has_landed : bool
-        Whether nothing is left to fly, and whether the aircraft is on the ground.
+    is_complete, has_landed, returns : bool
+        Whether nothing is left to fly, whether the aircraft is on the ground, and whether the
+        mission ended with a return.
     """
 
     items: Callable[[], Sequence[Item]]
@@ -130,6 +114,7 @@ class Sequencer:
     speed_m_s: float | None = None
     is_complete: bool = False
     has_landed: bool = False
+    returns: bool = False
     resumes: int = field(init=False)
     _now: _Progress | None = None
     _jumps: dict[int, int] = field(default_factory=dict)
@@ -182,8 +167,26 @@ class Sequencer:
         step, done = self._fly(self._now, air, now_s, dt_s)
         if done:
             self.reached.append(self._now.index)
-            self._begin_from(self._now.index + 1, air, now_s)
+            again = self._now.climbs_to_m is not None
+            index = self._approach_start() if again else self._now.index + 1
+            self._begin_from(index, air, now_s)
         return step
+
+    def climb_away(self, home_m: float) -> None:
+        """Break a landing off: climb straight ahead, then begin the approach again."""
+        now = self._now
+        if now is not None:
+            above_m = now.item.params[0] if now.item.params[0] > 0 else _ABORT_M
+            now.climbs_to_m = home_m + above_m
+            (x, y), (to_x, to_y) = self.navigator.previous.place, self.navigator.next.place
+            length = math.hypot(to_x - x, to_y - y) or 1.0
+            now.course = (to_x - x) / length, (to_y - y) / length
+
+    def _approach_start(self) -> int:
+        """Return the item that begins an approach, or the one before the landing."""
+        items = self.items()
+        found = (n for n, item in enumerate(items) if item.command == Command.DO_LAND_START)
+        return next(found, self.index - 1)
 
     def _begin_from(self, index: int, air: Air, now_s: float) -> None:
         """Begin the first item from ``index`` on that flies somewhere."""
@@ -193,7 +196,8 @@ class Sequencer:
             target = self._do(index, items[index])
             jumps += target is not None
             index = index + 1 if target is None or jumps > _MOST_JUMPS else target
-        if index >= len(items):
+        self.returns = index < len(items) and items[index].command == Command.RTL
+        if index >= len(items) or self.returns:
             self._now = None
             self.is_complete = True
             self.resumes = self.first
@@ -237,6 +241,8 @@ class Sequencer:
                 return Step(steer, navigator.height_m(air)), how is not None
             case Command.TAKEOFF:
                 return self._take_off(now, air)
+            case Command.LAND if now.climbs_to_m is not None:
+                return self._climb_away(now, air, dt_s)
             case Command.LAND:
                 return self._land(air, dt_s)
             case Command.CONTINUE_AND_CHANGE_ALT:
@@ -275,8 +281,6 @@ class Sequencer:
                 is_over = now_s - now.circled_s >= item.params[0]
             case Command.LOITER_TO_ALT:
                 is_over = now.at_altitude
-            case Command.RTL:
-                return True
             case _:
                 return False
         return is_over and self._points_on(now, air)
@@ -303,19 +307,25 @@ class Sequencer:
         return Step(0.0, wanted, pitch, 1.0), done
 
     def _land(self, air: Air, dt_s: float) -> tuple[Step, bool]:
-        navigator = self.navigator
-        steer = navigator.steer_leg(air, dt_s)
-        ground = navigator.next.altitude_m(air.earth, air.place)
-        if air.altitude_m - ground > _TOUCHDOWN_M:
-            return Step(steer, navigator.height_m(air)), False
-        self.has_landed = air.altitude_m <= max(ground, air.earth.ground(air.place))
-        return Step(0.0, ground - _TOUCHDOWN_M), self.has_landed
+        step, is_low = self.navigator.land(air, dt_s)
+        ground = self.navigator.next.altitude_m(air.earth, air.place)
+        self.has_landed = is_low and air.altitude_m <= max(ground, air.earth.ground(air.place))
+        return step, self.has_landed
+
+    def _climb_away(self, now: _Progress, air: Air, dt_s: float) -> tuple[Step, bool]:
+        wanted = now.climbs_to_m or 0.0
+        self._push_ahead(now, air, wanted)
+        done = air.altitude_m >= wanted - _AT_ALTITUDE_M
+        return Step(self.navigator.steer_leg(air, dt_s), wanted), done
+
+    def _push_ahead(self, now: _Progress, air: Air, wanted: float) -> None:
+        """Move the target ahead on the course."""
+        (x, y), (east, north) = air.place, now.course
+        self.navigator.next = Target((x + _AHEAD_M * east, y + _AHEAD_M * north), wanted)
 
     def _continue(self, now: _Progress, air: Air, dt_s: float) -> tuple[Step, bool]:
-        (x, y), (east, north) = air.place, now.course
-        ahead = (x + _AHEAD_M * east, y + _AHEAD_M * north)
         wanted = self.navigator.next.altitude_m(air.earth, air.place)
-        self.navigator.next = Target(ahead, wanted)
+        self._push_ahead(now, air, wanted)
         gap = air.altitude_m - wanted
         way = now.item.params[0]
         done = gap >= 0 if way == 1 else gap <= 0 if way == 2 else abs(gap) <= _AT_ALTITUDE_M
@@ -327,7 +337,6 @@ _NAMES: dict[int, str] = {
     Command.LOITER: "LoitUnlim",
     Command.LOITER_TURNS: "LoitTurns",
     Command.LOITER_TIME: "LoitTime",
-    Command.RTL: "RTL",
     Command.LAND: "Land",
     Command.TAKEOFF: "Takeoff",
     Command.CONTINUE_AND_CHANGE_ALT: "ContinueAndChangeAlt",
@@ -344,8 +353,6 @@ def _target(item: Item, air: Air) -> Target:
     """Return the target of an item."""
     frame = FRAMES.get(item.frame, Frame.AMSL)
     place, z_m = air.place, item.z
-    if item.command == Command.RTL:
-        return Target((0.0, 0.0), air.earth.home_m, Frame.AMSL)
     if has_place(item) and item.command != Command.CONTINUE_AND_CHANGE_ALT:
         place = _place(item, air)
     radius = item.params[1] if item.command == Command.LOITER_TO_ALT else item.params[2]

@@ -1,4 +1,4 @@
-"""Places to fly to, and the aircraft as navigation sees it."""
+"""Places to fly to, the aircraft as navigation sees it, and its demands."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathgene.sim.autopilot.lateral import Motion
 from pathgene.sim.autopilot.places import Plane, Vector
 
 
-__all__ = ["Air", "Earth", "Target"]
+__all__ = ["Air", "Approach", "Earth", "Step", "Target"]
 
 
 @dataclass(frozen=True)
@@ -70,12 +70,15 @@ class Air:
     ----------
     wind : (float, float)
         Velocity of the air over ground, m/s.
+    climb_m_s : float
+        Vertical speed.
     tas_m_s, eas2tas : float
         True airspeed, and its ratio to the equivalent one.
     """
 
     motion: Motion
     altitude_m: float
+    climb_m_s: float
     wind: Vector
     tas_m_s: float
     eas2tas: float
@@ -85,3 +88,48 @@ class Air:
     def place(self) -> Vector:
         """East and north, metres."""
         return self.motion.place
+
+
+@dataclass(frozen=True)
+class Approach:
+    """A landing as the height control sees it.
+
+    Parameters
+    ----------
+    flown : float
+        Share of the last leg that has been flown, from 0 to 1.
+    above_m : float
+        Height above the touch-down.
+    eas_m_s : float
+        Equivalent airspeed to hold.
+    flares : bool
+        Whether the flare has begun.
+    """
+
+    flown: float
+    above_m: float
+    eas_m_s: float
+    flares: bool
+
+
+@dataclass(frozen=True)
+class Step:
+    """Demands of a mission for a tenth of a second.
+
+    Parameters
+    ----------
+    steer_m_s2 : float
+        Acceleration to the right.
+    pitch_rad : float or None
+        Pitch of a take-off, which height control does not choose.
+    throttle : float or None
+        Throttle likewise.
+    approach : Approach or None
+        State of ArduPlane's landing.
+    """
+
+    steer_m_s2: float
+    height_m: float
+    pitch_rad: float | None = None
+    throttle: float | None = None
+    approach: Approach | None = None

@@ -42,7 +42,8 @@ class Telemetry:
         out = []
         if now_s >= self._position_s:
             self._position_s = now_s + _POSITION_S
-            out += [self._position(now_s), self._attitude(now_s)]
+            up_s = now_s - self._autopilot.booted_s
+            out += [self._position(up_s), self._attitude(up_s)]
         if now_s >= self._state_s:
             self._state_s = now_s + _STATE_S
             out += [self.heartbeat(), self.mission_current(), self._speeds()]

@@ -132,6 +132,8 @@ class Station:
     def _note(self, message):
         """Note a message; return whether it is telemetry."""
         match message.get_type():
+            case "STATUSTEXT" if message.chunk_seq and self.texts:
+                self.texts[-1] += message.text
             case "STATUSTEXT":
                 self.texts.append(message.text)
             case "MISSION_CURRENT":

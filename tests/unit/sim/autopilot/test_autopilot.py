@@ -187,6 +187,15 @@ def test_the_nearest_rally_point_replaces_home():
     assert target.altitude_m(autopilot.earth, target.place) == HOME[2] + 90
 
 
+@pytest.mark.parametrize("last", [[], [at(0, 0, z=0.0, command=20)]], ids=["complete", "item"])
+def test_the_end_of_a_mission_returns_to_the_nearest_rally_point(last):
+    station, autopilot = flying([at(0, 900), *last])
+    assert station.upload([at(400, 1500, z=90.0, command=5100, frame=3)], kind=2) == ACCEPTED
+    station.wait(60)
+    assert autopilot.pilot.mode is Mode.RTL
+    assert autopilot.pilot.navigator.next.place == pytest.approx((400, 1500), abs=1)
+
+
 def test_a_reposition_is_flown_at_once():
     station, autopilot = flying([at(0, 4000)])
     place = at(900, 300)
@@ -243,6 +252,14 @@ def test_another_current_item_is_flown_to():
     station.wait(1.5)
     assert autopilot.pilot.sequencer.index == 3
     assert station.command(224, 9) == 2
+
+
+@pytest.mark.parametrize(("kind", "high_m"), [(Kind.ARDUPLANE, 100), (Kind.PX4, 300)])
+def test_only_a_px4_keeps_its_altitude_above_the_return_height(kind, high_m):
+    high = Autopilot(kind, Start(HOME, height_m=300.0)).pilot.home_target()
+    assert high.z_m == pytest.approx(HOME[2] + high_m)
+    low = Autopilot(kind, Start(HOME, height_m=20.0)).pilot.home_target()
+    assert low.z_m == HOME[2] + {Kind.ARDUPLANE: 100, Kind.PX4: 60}[kind]
 
 
 def test_parameters_are_read_and_set():

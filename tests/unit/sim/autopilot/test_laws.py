@@ -7,10 +7,13 @@ import pytest
 
 from pathgene.sim.autopilot.airframe import SIMULATED_PLANE, Airframe, density, eas2tas
 from pathgene.sim.autopilot.fence import Fence
+from pathgene.sim.autopilot.height import Tecs, Vertical
 from pathgene.sim.autopilot.items import Frame
 from pathgene.sim.autopilot.lateral import L1, Motion
 from pathgene.sim.autopilot.npfg import Npfg
+from pathgene.sim.autopilot.parameters import ARDUPLANE, PX4, Parameters
 from pathgene.sim.autopilot.places import Plane, cross, past, share
+from pathgene.sim.autopilot.px4_height import Px4Height
 from pathgene.sim.autopilot.targets import Earth, Target
 from pathgene.sim.autopilot.vehicle import PERIOD_S, Loops, Vehicle
 from pathgene.sim.autopilot.wind import Wind
@@ -160,3 +163,17 @@ def test_fences_keep_in_and_out(place, breached):
     fence = Fence.of(items, Plane(*HOME[:2]))
     assert Fence.fault(items) is None
     assert fence.breached(tuple(map(float, place))) == breached
+
+
+@pytest.mark.parametrize("law", [Tecs(Parameters(ARDUPLANE)), Px4Height(Parameters(PX4))])
+def test_only_arduplane_slows_a_climb_that_the_throttle_does_not_hold(law):
+    """The aircraft does not climb at all, so the throttle is at its stop."""
+    now = Vertical(500.0, 0.0, 15.0, 0.0, 1.0, 0.0, 0.0)
+    for tick in range(300):
+        demand = law.update(now, 500.0 + 0.25 * tick, 15.0, 1.0, 0.1)
+    assert demand.throttle >= 0.75
+    # The demand has risen by 75 m; PX4's reference is late by 5 s at 2.5 m/s.
+    if isinstance(law, Px4Height):
+        assert law.height_m == law._energy.height_m == pytest.approx(575 - 12.5, abs=0.5)
+    else:
+        assert law.height_m < 540

@@ -1,14 +1,22 @@
-"""A path as an autopilot reads it: items, fences, home and rally point, in degrees and AMSL."""
+"""A path as an autopilot reads it: items, fences, home and rally points, in degrees and AMSL."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 
 __all__ = [
     "CHANGE_SPEED",
+    "LAND",
+    "LAND_START",
     "LOITER",
+    "LOITER_TO_ALT",
+    "RTL",
     "WAYPOINT",
+    "Circling",
+    "End",
+    "EndKind",
     "Fence",
     "FenceCircle",
     "FencePolygon",
@@ -18,6 +26,13 @@ __all__ = [
 
 #: MAV_CMD_NAV_WAYPOINT, MAV_CMD_NAV_LOITER_UNLIM and MAV_CMD_DO_CHANGE_SPEED.
 WAYPOINT, LOITER, CHANGE_SPEED = 16, 17, 178
+#: MAV_CMD_NAV_RETURN_TO_LAUNCH.
+RTL = 20
+#: MAV_CMD_DO_LAND_START, MAV_CMD_NAV_LOITER_TO_ALT and MAV_CMD_NAV_LAND.
+LAND_START, LOITER_TO_ALT, LAND = 189, 31, 21
+
+#: Ends of a mission: a circle to wait on, a landing, or a return to home.
+EndKind = Literal["loiter", "land", "rtl"]
 
 Position = tuple[float, float, float]
 
@@ -85,6 +100,52 @@ class Item:
 
 
 @dataclass(frozen=True)
+class Circling:
+    """A circle to fly on, and the disc around it that is clear; in the terrain's frame.
+
+    Parameters
+    ----------
+    x_m, y_m, z_m : float
+        Centre, and the altitude.
+    radius_m : float
+        Radius that the autopilot is asked for.
+    disc_m : float
+        Radius of the disc, which is larger because an autopilot may fly wider.
+    """
+
+    x_m: float
+    y_m: float
+    z_m: float
+    radius_m: float
+    disc_m: float
+
+
+@dataclass(frozen=True)
+class End:
+    """The end of a mission after its goal, to be drawn; in metres of the terrain's frame.
+
+    Parameters
+    ----------
+    kind : str
+        ``loiter``, ``land`` or ``rtl``.
+    way : tuple of (float, float, float)
+        Places and altitudes from the goal on, for a landing down to the touch-down.
+    circle : Circling or None
+        Where the mission waits, or where a landing loses its height; none of a return.
+    go_around : tuple of (float, float, float)
+        Places and altitudes of the climb after a missed approach, for a landing.
+    go_around_circle : Circling or None
+        The circle at the top of that climb.
+    """
+
+    kind: EndKind
+    way: tuple[Position, ...] = ()
+    circle: Circling | None = None
+    go_around: tuple[Position, ...] = ()
+    go_around_circle: Circling | None = None
+
+
+@dataclass(frozen=True)
 class FlightPlan:
     """Everything that an autopilot is told.
 
@@ -93,11 +154,11 @@ class FlightPlan:
     home : tuple of float
         Latitude, longitude and altitude of the ground below the start.
     items : tuple of Item
-        The mission without home, from the start to a loiter over the goal.
+        The mission without home, from the start to its end.
     fence : tuple of Fence
         Fences to keep out of.
     rally : tuple of (float, float, float)
-        Latitude, longitude and height above home of the places to return to: the start.
+        Latitude, longitude and height above home of the places to return to: circles with room.
     cruise_speed_m_s : float
         Planned airspeed.
     notes : tuple of str
@@ -106,6 +167,9 @@ class FlightPlan:
         The verdict on the path; None if there is none, as in the plans of ground stations.
     heights : str
         Datum of the altitudes if it is not mean sea level; otherwise empty.
+    end : End or None
+        The end of the mission after the goal; None if it is unknown, as in the plans of ground
+        stations.
     """
 
     home: Position
@@ -116,3 +180,4 @@ class FlightPlan:
     notes: tuple[str, ...] = ()
     feasible: bool | None = None
     heights: str = ""
+    end: End | None = None

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from pathgene.host.errors import InputError
 from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import LeftOut, Read
+from pathgene.host.formats.kml_lines import kml_mission
 from pathgene.host.formats.limits import height_of
+from pathgene.host.formats.mission_items import MissionFile
 from pathgene.host.formats.placemarks import TIMES, placemark, tag_of, text_of
 from pathgene.host.formats.places import degrees, number_text
 from pathgene.host.formats.shapes import Ring, Shape
@@ -21,7 +23,17 @@ from pathgene.host.formats.track import Track
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["document_of", "features", "links_of", "parts", "recognises", "with_areas", "write"]
+__all__ = [
+    "document_of",
+    "features",
+    "holds_mission",
+    "links_of",
+    "mission",
+    "parts",
+    "recognises",
+    "with_areas",
+    "write",
+]
 
 # Roots that Google Earth reads.
 _ROOTS = ("kml", "Document", "Folder", "Placemark")
@@ -198,6 +210,16 @@ def _positions(
 def recognises(content: Content) -> bool:
     """Return whether a text is XML."""
     return content.is_xml
+
+
+def holds_mission(content: Content) -> bool:
+    """Return whether a text is KML."""
+    return content.xml is not None and tag_of(content.xml) in _ROOTS
+
+
+def mission(content: Content) -> MissionFile:
+    """Return the first line of a KML document; see :func:`kml_mission`."""
+    return kml_mission(document_of(content))
 
 
 def features(content: Content) -> Iterator[Read]:

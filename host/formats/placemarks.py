@@ -34,7 +34,7 @@ from pathgene.host.formats.limits import own_limits, stated_limits
 from pathgene.host.numeric import parse
 
 
-__all__ = ["TIMES", "every", "placemark", "tag_of", "text_of"]
+__all__ = ["TIMES", "every", "placemark", "places_of", "tag_of", "text_of"]
 
 # Extended data of a zone with numeric values.
 _NUMBERS = ("radius_m", "t0", "t1")
@@ -322,7 +322,7 @@ def _circle(element: ET.Element, data: dict[str, str]) -> Position:
 
 def _is_closed(element: ET.Element) -> bool:
     """Return whether a path ends where it begins, around an area."""
-    places = _places(text_of(element, "coordinates"))
+    places = places_of(text_of(element, "coordinates"))
     ends = [place.split(",")[:2] for place in (places[:1] + places[-1:])]
     return len(places) > 3 and ends[0] == ends[1]
 
@@ -338,7 +338,7 @@ def _ring(text: str) -> tuple[tuple[Position, ...], tuple[float, ...]]:
 def _positions(text: str) -> tuple[tuple[Position, ...], tuple[float, ...]]:
     """Return positions ``lon,lat[,alt]`` in degrees and heights, 0 if not given."""
     try:
-        points = [tuple(map(parse, position.split(","))) for position in _places(text)]
+        points = [tuple(map(parse, position.split(","))) for position in places_of(text)]
     except ValueError:
         points = []
     if not points or not all(len(point) in (2, 3) for point in points):
@@ -348,7 +348,7 @@ def _positions(text: str) -> tuple[tuple[Position, ...], tuple[float, ...]]:
     return pairs, tuple(point[2] if len(point) == 3 else 0.0 for point in points)
 
 
-def _places(text: str) -> list[str]:
+def places_of(text: str) -> list[str]:
     """Return positions as texts, without the blanks around their commas."""
     return ",".join(part.strip() for part in text.split(",")).split()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,19 +13,31 @@ from pathgene.host.formats.content import Content
 from pathgene.host.formats.features import Bad, Edges, Feature, Read, label
 from pathgene.host.formats.flight_plan import (
     CHANGE_SPEED,
+    RTL,
     Fence,
     FenceCircle,
     FencePolygon,
     FlightPlan,
     Item,
 )
+from pathgene.host.formats.mission_items import Entry, MissionFile
+from pathgene.host.formats.plan_mission import changed_plan, plan_mission
 from pathgene.host.formats.track import Track
 from pathgene.host.inputs import parse_json, read_text
 from pathgene.host.numeric import as_number, integer, numbers, rows
 from pathgene.host.version import version
 
 
-__all__ = ["features", "plan_document", "read_plan", "recognises", "write"]
+__all__ = [
+    "changed",
+    "features",
+    "holds_mission",
+    "mission",
+    "plan_document",
+    "read_plan",
+    "recognises",
+    "write",
+]
 
 # Constants of MAVLink: any autopilot, a fixed wing, altitudes above mean sea level.
 _GENERIC_AUTOPILOT = 0
@@ -46,6 +58,13 @@ _MARK = "pathgene"
 def write(track: Track) -> bytes:
     """Return the flight plan of a track as a ``.plan`` file."""
     return json_bytes(plan_document(track.flown))
+
+
+def changed(
+    content: Content, entries: Sequence[Entry], rally: Sequence[tuple[float, float, float]]
+) -> bytes:
+    """Return a ``.plan`` with a changed mission; see :func:`changed_plan`."""
+    return json_bytes(changed_plan(content.json, entries, rally))
 
 
 def plan_document(plan: FlightPlan) -> dict[str, Any]:
@@ -91,7 +110,7 @@ def plan_document(plan: FlightPlan) -> dict[str, Any]:
 
 
 def _simple(number: int, item: Item) -> dict[str, Any]:
-    """Return an item; one that flies nowhere, such as a change of speed, has no altitude."""
+    """Return an item; one without a place, such as a change of speed, has no altitude."""
     height = {
         "AltitudeMode": _ALTITUDE_MODE,
         "Altitude": item.alt_m,
@@ -104,7 +123,7 @@ def _simple(number: int, item: Item) -> dict[str, Any]:
         "frame": _FRAME_GLOBAL,
         "params": [*item.params, item.lat, item.lon, item.alt_m],
         "autoContinue": True,
-        **(height if item.command != CHANGE_SPEED else {}),
+        **(height if item.command not in (CHANGE_SPEED, RTL) else {}),
     }
 
 
@@ -168,9 +187,15 @@ def _item(number: int, item: dict[str, Any]) -> Item:
             f"item {number} has an altitude of frame {item['frame']}; give altitudes above mean "
             "sea level (frame 0)."
         )
-    *params, lat, lon, alt_m = item["params"]
-    first, second, third, fourth = (None if p is None else as_number(p) for p in params)
-    lat, lon, alt_m = numbers((lat, lon, alt_m), 3)
+    try:
+        *params, lat, lon, alt_m = item["params"]
+        first, second, third, fourth = (None if p is None else as_number(p) for p in params)
+        lat, lon, alt_m = numbers((lat, lon, alt_m), 3)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"the params of item {number} are not seven finite numbers, of which the first four "
+            "may be null; mend the item."
+        ) from None
     return Item(
         integer("command", item["command"]), (first, second, third, fourth), lat, lon, alt_m
     )
@@ -206,6 +231,16 @@ def _keeps_in(fence: Any) -> bool:
 def recognises(content: Content) -> bool:
     """Return whether a text is the JSON of a ``.plan``."""
     return isinstance(content.json, dict) and content.json.get("fileType") == "Plan"
+
+
+def holds_mission(content: Content) -> bool:
+    """Return whether a text is the JSON of a ``.plan``."""
+    return recognises(content)
+
+
+def mission(content: Content) -> MissionFile:
+    """Return the mission of a plan; see :func:`plan_mission`."""
+    return plan_mission(content.json)
 
 
 def features(content: Content) -> Iterator[Read]:

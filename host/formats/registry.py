@@ -9,6 +9,9 @@ A format is a file of this folder with one or more of these functions:
     areas, in degrees and without any terrain; see :mod:`pathgene.host.formats.features`.
 ``read_path(file, terrain) -> ndarray``
     Returns the waypoints in a file, (n, 3) float64 metres.
+``holds_mission(content) -> bool`` and ``mission(content) -> MissionFile``
+    Tell whether a content is of this format, and return the mission in it, in degrees and without
+    any terrain; see :mod:`pathgene.host.formats.mission_items`.
 """
 
 from __future__ import annotations
@@ -27,20 +30,28 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from pathgene.host.formats.content import Content
     from pathgene.host.formats.features import Read
+    from pathgene.host.formats.mission_items import Entry, MissionFile
     from pathgene.host.formats.track import Track
     from pathgene.host.terrain import Terrain
 
 __all__ = [
     "FORMATS",
     "Format",
+    "changed_mission",
+    "changed_name",
     "check_formats",
     "choices",
     "extra_names",
     "files",
+    "mission_files",
+    "mission_in",
+    "mission_suffixes",
     "needs_flight_plan",
     "parse_formats",
     "read_features",
+    "read_mission",
     "read_path",
     "usual",
     "write",
@@ -75,6 +86,8 @@ class Format:
         Suffixes of files that the desk opens as zones.
     path_suffix : str
         Suffix of files of this format that hold a path; empty for none, ``*`` for any other.
+    missions : str
+        Name of the source of missions, for help; empty for a format without missions.
     """
 
     name: str
@@ -87,6 +100,7 @@ class Format:
     zones: str = ""
     suffixes: tuple[str, ...] = ()
     path_suffix: str = ""
+    missions: str = ""
 
     @property
     def module(self) -> Any:
@@ -106,6 +120,7 @@ FORMATS = (
         button="QGroundControl",
         zones="the fences of a .plan",
         suffixes=(".plan",),
+        missions=".plan",
     ),
     Format(
         "waypoints",
@@ -115,6 +130,7 @@ FORMATS = (
         flown=True,
         zones="the fences of a .waypoints",
         suffixes=(".waypoints",),
+        missions=".waypoints",
     ),
     Format("fen", zones="a .fen", suffixes=(".fen",)),
     Format("openair", zones="OpenAir", suffixes=(".openair", ".txt")),
@@ -132,7 +148,9 @@ FORMATS = (
         button="KML",
         zones="KML",
         suffixes=(".kml",),
+        missions="a line of KML",
     ),
+    Format("gpx", missions="a line of GPX"),
     Format(
         "geojson",
         "geographic information systems",
@@ -143,8 +161,13 @@ FORMATS = (
         path_suffix="*",
     ),
     Format("html", "any browser", "path.html", placed=False, button="Web page"),
-    Format("csv", path_suffix=".csv"),
+    Format("csv", path_suffix=".csv", missions="CSV in degrees"),
 )
+
+
+# Suffixes of files that hold no path but a mission, and suffixes of files that may hold one.
+_ONLY_MISSIONS = (".plan", ".waypoints", ".kml", ".gpx")
+_MISSIONS = (*_ONLY_MISSIONS, ".txt", ".csv")
 
 
 def files() -> Mapping[str, str]:
@@ -242,6 +265,119 @@ def read_features(path: str | Path) -> tuple[str, Iterable[Read]]:
             why = f"is not JSON: {content.json_error}"
         raise InputError(f"No-fly file {str(path)!r} {why}; give {zone_files()}.")
     return found.zones, found.module.features(content)
+
+
+def mission_files() -> str:
+    """Return the sources of missions, for help and documents."""
+    return _joined([row.missions for row in FORMATS if row.missions], "or")
+
+
+def mission_suffixes() -> tuple[str, ...]:
+    """Return the suffixes of files that the desk opens as missions, if one is in them."""
+    return _MISSIONS
+
+
+def read_mission(file: Path) -> MissionFile | None:
+    """Return the mission in a file, or None if the file is of no format that has missions.
+
+    Raises
+    ------
+    InputError
+        If it is of such a format, and no mission can be read from it.
+    OSError
+        If the system refuses to read it.
+    """
+    from pathgene.host.inputs import read_bytes
+
+    try:
+        return mission_in(read_bytes(file), file.name)
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
+
+
+def mission_in(source: bytes, name: str) -> MissionFile | None:
+    """Return the mission in the bytes of a file with a name; see :func:`read_mission`."""
+    from pathgene.host.formats.content import Content
+
+    content = Content(source, name)
+    rows = (row for row in FORMATS if row.missions)
+    found = next((row for row in rows if row.module.holds_mission(content)), None)
+    suffix = Path(name).suffix.lower()
+    if found is None and suffix in _ONLY_MISSIONS:
+        raise InputError(
+            f"this is not the content of a {suffix} file, or a part of it is missing; save it "
+            "again."
+        )
+    mission: MissionFile | None = None if found is None else found.module.mission(content)
+    return mission
+
+
+def changed_mission(
+    source: bytes, name: str, out: str, mission: MissionFile, entries: Sequence[Entry]
+) -> bytes:
+    """Return the file of a changed mission.
+
+    A ``.plan`` and a list of waypoints are written into the file that was read, so that everything
+    else in it stays. Every other mission without fences becomes a new ``.plan``.
+
+    Parameters
+    ----------
+    source : bytes
+        The file that was read.
+    name, out : str
+        Names of the file that was read, and of the file to be written.
+    mission : MissionFile
+        The mission after the changes.
+    entries : sequence of Entry
+        Its items, with the places of their originals.
+
+    Raises
+    ------
+    InputError
+        If such a file cannot be written.
+    """
+    from pathgene.host.files.output import json_bytes
+    from pathgene.host.formats.content import Content
+    from pathgene.host.formats.plan_mission import new_plan
+
+    content = Content(source, name)
+    row = _row_of(content)
+    suffix, own = Path(out).suffix.lower(), Path(name).suffix.lower()
+    if hasattr(row.module, "changed") and suffix in (own, row.missions):
+        written: bytes = row.module.changed(content, entries, mission.rally)
+        return written
+    if suffix != ".plan":
+        same = f" or {Path(out).with_suffix(own)}" if own in (".waypoints", ".txt") else ""
+        raise InputError(
+            f"{out}: a mended mission of {name} is written as a .plan; give "
+            f"{Path(out).with_suffix('.plan')}{same}."
+        )
+    if mission.has_fences:
+        raise InputError(
+            f"{out}: a new .plan would lose the fences of {name}; give "
+            f"{Path(out).with_suffix(own)}."
+        )
+    return json_bytes(new_plan(mission))
+
+
+def changed_name(source: bytes, name: str) -> str:
+    """Return a name for :func:`changed_mission`: of the format that was read, if it is written.
+
+    Parameters
+    ----------
+    source : bytes
+        The file that was read; it holds a mission.
+    """
+    from pathgene.host.formats.content import Content
+
+    file = Path(name)
+    is_kept = hasattr(_row_of(Content(source, name)).module, "changed")
+    return f"{file.stem}-mended{file.suffix if is_kept else '.plan'}"
+
+
+def _row_of(content: Content) -> Format:
+    """Return the format of a content that holds a mission."""
+    return next(row for row in FORMATS if row.missions and row.module.holds_mission(content))
 
 
 def read_path(file: Path, terrain: Terrain) -> NDArray[np.float64]:

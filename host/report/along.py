@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from pathgene.host.evaluation import Evaluator, Samples
 from pathgene.host.evaluation.broken import Stretch
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.surface import Demand
 
 
 __all__ = ["broken_limits", "broken_samples", "surface_and_demand", "why"]
@@ -21,8 +23,15 @@ Floats = NDArray[np.float64]
 _LINES = (-1.0, -0.5, 0.0, 0.5, 1.0)
 
 
-def surface_and_demand(evaluator: Evaluator, samples: Samples) -> tuple[Floats, Floats, Floats]:
+def surface_and_demand(
+    problem: Problem, samples: Samples, demand: Demand | None = None
+) -> tuple[Floats, Floats, Floats]:
     """Return the surface below a track, the highest within the corridor, and the required altitude.
+
+    Parameters
+    ----------
+    demand : Demand, optional
+        The clearance that is required along the track; by default the demand of the problem.
 
     Returns
     -------
@@ -32,7 +41,6 @@ def surface_and_demand(evaluator: Evaluator, samples: Samples) -> tuple[Floats, 
         NaN where the corridor leaves the map, too. With ``as_paper`` the first two are the ground
         of the samples, and nothing is required: NaN.
     """
-    problem = evaluator.problem
     if problem.rules is None:
         return samples.ground, samples.ground, np.full(len(samples.s), np.nan)
     from pathgene.host.terrain.surface import is_beyond, surface_below
@@ -47,7 +55,7 @@ def surface_and_demand(evaluator: Evaluator, samples: Samples) -> tuple[Floats, 
         beside[is_beyond(problem.terrain, x, y) & (problem.rules.corridor_m > 0)] = np.inf
         highest = np.maximum(highest, beside)
     surface = surface_below(problem.terrain, samples.x, samples.y)
-    required = problem.demand.required_m(samples.x, samples.y)
+    required = (demand or problem.demand).required_m(samples.x, samples.y)
     return (
         np.where(np.isfinite(surface), surface, np.nan),
         np.where(np.isfinite(highest), highest, np.nan),

@@ -16,19 +16,20 @@ from numpy.typing import NDArray
 from pathgene.host.evaluation import Evaluation, Evaluator, Samples
 from pathgene.host.evaluation.broken import Stretch
 from pathgene.host.evaluation.evaluator import FINE
-from pathgene.host.report import convergence, plan_view, points, profile
-from pathgene.host.report.along import broken_samples
+from pathgene.host.report import convergence, hand_over_view, plan_view, points, profile
+from pathgene.host.report.along import broken_samples, surface_and_demand
 from pathgene.host.report.along import why as why_not
+from pathgene.host.report.handed_over import HandedOver
 from pathgene.host.report.style import LEFT, NARROWEST, RIGHT, TROUBLE, WIDTH, any_letters, frame
 from pathgene.host.report.via import visits
 
 
-__all__ = ["Scene", "draw"]
+__all__ = ["LINE", "TOP", "Scene", "draw", "layout"]
 
 _WIDE = 2.2  # Maps with a higher aspect ratio are placed above the two graphs.
 _WIDEST = 6.5  # Frames of maps wider than this have room next to the map.
 # In inches: the margins of titles and legend, and a line that says why a path is not feasible.
-_TOP, _BOTTOM, _LINE = 1.2, 1.0, 0.2
+TOP, _BOTTOM, LINE = 1.2, 1.0, 0.2
 # Positions of a ceiling's text, as shares of the profile's width, best first.
 _ASIDE = (0.75, 0.5, 0.25, 0.9, 0.1)
 _MOST_REASONS = 12  # Number of stretches that are named, longest first.
@@ -53,6 +54,8 @@ class Scene:
         For each leg of a mission, its first row of ``history`` and the fitness of its path.
     warnings : sequence of str
         Warnings on the files that were read.
+    mission : HandedOver or None
+        The mission as an autopilot gets it.
     """
 
     evaluator: Evaluator
@@ -64,6 +67,7 @@ class Scene:
     reason: Mapping[str, Any] = field(default_factory=dict)
     legs: Sequence[tuple[int, float]] = ()
     warnings: Sequence[str] = ()
+    mission: HandedOver | None = None
 
 
 @any_letters()
@@ -77,8 +81,8 @@ def draw(scene: Scene) -> Figure:
     lines = [
         line for text in said for line in textwrap.wrap(text, 125, max_lines=2, placeholder=" ...")
     ]
-    figure, (plan, bar, altitudes, *rest) = _layout(
-        aspect, _TOP + _LINE * len(lines), searched=bool(scene.history)
+    figure, (plan, bar, altitudes, *rest) = layout(
+        aspect, TOP + LINE * len(lines), searched=bool(scene.history)
     )
 
     # The same samples as in the verdict, so that the picture does not contradict it.
@@ -96,11 +100,16 @@ def draw(scene: Scene) -> Figure:
         [(limit, float(samples.x[at]), float(samples.y[at])) for limit, at in reasons],
     )
     unit_m, _ = plan_view.axis_unit(max(terrain.width_m, terrain.height_m))
+    if scene.mission is not None:
+        legend += hand_over_view.draw(plan, scene.mission, unit_m)
     legend += plan_view.draw_reason(plan, scene.reason, unit_m)
+    ground, _, band = surface_and_demand(scene.evaluator.problem, samples)
     profile.draw(
         altitudes,
-        scene.evaluator,
+        scene.evaluator.problem,
         samples,
+        ground,
+        band,
         trouble,
         reasons,
         scene.evaluator.lowest_at_m(scene.path),
@@ -140,7 +149,7 @@ def _visited(scene: Scene) -> list[tuple[str, float]]:
     return [(name, visit.at_m) for (name, _), visit in zip(named, near, strict=True)]
 
 
-def _layout(aspect: float, top: float, *, searched: bool) -> tuple[Figure, list[Axes]]:
+def layout(aspect: float, top: float, *, searched: bool) -> tuple[Figure, list[Axes]]:
     """Return the figure and the axes of map, colour bar, profile and convergence.
 
     ``aspect`` is the aspect ratio of the map, ``top`` the height of the titles in inches. If

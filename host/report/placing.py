@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from pathgene.host.report.style import halo
 
 
-__all__ = ["label"]
+__all__ = ["AWAY_INCHES", "label"]
 
-# Distances in inches from the place to the text, in the order tried, and the directions tried at
-# each distance.
-_AWAY_INCHES = (0.14, 0.3, 0.55)
+#: Distances in inches from the place to the text, in the order tried.
+AWAY_INCHES = (0.14, 0.3, 0.55)
+# Directions tried at each distance.
 _DIRECTIONS = 12
 _PAD = 3.0
 
@@ -32,6 +32,7 @@ def label(
     *,
     lines: NDArray[np.float64] | None = None,
     first: float = 0.0,
+    away_inches: Sequence[float] = AWAY_INCHES,
     **style: Any,
 ) -> Bbox | None:
     """Write ``text`` near one of several places of ``axes`` and return its box in pixels.
@@ -53,6 +54,8 @@ def label(
         room.
     first : float
         Direction that is tried first, radians anticlockwise from the right.
+    away_inches : sequence of float
+        Distances from a place to the text, in the order tried.
     **style
         Style of the text.
     """
@@ -70,7 +73,7 @@ def label(
     window = axes.get_window_extent()
     seen = np.empty((0, 2)) if lines is None else axes.transData.transform(lines)
     covering = None
-    for away, place, step in itertools.product(_AWAY_INCHES, places, range(_DIRECTIONS)):
+    for away, place, step in itertools.product(away_inches, places, range(_DIRECTIONS)):
         angle = first + 2 * math.pi * step / _DIRECTIONS
         reach = away * axes.figure.dpi
         east = math.cos(angle) * (reach + 0.5 * size.width)

@@ -32,8 +32,9 @@ from pathgene.host.report.style import LAND, NOFLY, PATH, TEXT, TROUBLE, VOID, h
 
 if TYPE_CHECKING:
     from pathgene.host.problem.problem import Problem
+    from pathgene.host.terrain import Terrain
 
-__all__ = ["axis_unit", "draw", "draw_reason", "nice_length"]
+__all__ = ["axis_unit", "draw", "draw_reason", "nice_length", "window_around"]
 
 _LARGEST_RASTER = 1600  # Maximum nodes per side that a picture of this size can show.
 # Places of scale and north arrow, best first, and a sufficient distance from the path.
@@ -48,6 +49,8 @@ _PLACES = (
     "lower center",
 )
 _FAR_INCHES = 0.4
+# Width of a part of the map relative to the points in it, and its minimum height in metres.
+_WIDER, _LEAST_M = 1.18, 1000.0
 _WAYPOINT: dict[str, Any] = {
     "linestyle": "",
     "marker": "o",
@@ -266,6 +269,30 @@ def axis_unit(span_m: float) -> tuple[float, str]:
     return (1000.0, "km") if span_m >= 2000 else (1.0, "m")
 
 
+def window_around(
+    points: NDArray[np.float64], axes: Axes, terrain: Terrain
+) -> tuple[float, float, float, float]:
+    """Return west, south, east and north of a part of the map with points, in the axes' aspect.
+
+    Parameters
+    ----------
+    points : ndarray
+        x and y, (k, 2) metres.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, size = 0.5 * (low + high), _WIDER * (high - low)
+    box = axes.get_window_extent()
+    aspect = box.width / box.height
+    height = max(size[1], size[0] / aspect, _LEAST_M)
+    half = 0.5 * np.array((height * aspect, height))
+    # Beyond the edge of the map there is nothing to see but points.
+    land = np.array((terrain.width_m, terrain.height_m))
+    if (low >= 0).all() and (high <= land).all():
+        middle = np.where(2 * half < land, np.clip(middle, half, land - half), 0.5 * land)
+    (west, south), (east, north) = (middle - half).tolist(), (middle + half).tolist()
+    return west, south, east, north
+
+
 def nice_length(span: float) -> float:
     """The largest of 1, 2 and 5 times a power of ten that is at most a quarter of ``span``."""
     power = 10.0 ** math.floor(math.log10(span / 4))
@@ -340,13 +367,13 @@ def _draw_scale_and_north(
     box.set_zorder(10)
     axes.add_artist(box)
 
-    seen = axes.transData.transform(points)
+    seen = axes.transData.transform(points[np.isfinite(points).all(axis=1)])
 
     def distance(place: str) -> float:
         box.loc = AnchoredOffsetbox.codes[place]
         around = box.get_window_extent()
         outside = np.maximum(np.maximum(around.min - seen, seen - around.max), 0)
-        return min(float(np.hypot(*outside.T).min()) / axes.figure.dpi, _FAR_INCHES)
+        return min(float(np.hypot(*outside.T).min(initial=np.inf)) / axes.figure.dpi, _FAR_INCHES)
 
     box.loc = AnchoredOffsetbox.codes[max(_PLACES, key=distance)]
     return box

@@ -14,11 +14,10 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
-from pathgene.host.evaluation import Evaluator, Samples
+from pathgene.host.evaluation import Samples
 from pathgene.host.evaluation.aircraft_limits import line_limits
 from pathgene.host.problem.problem import Problem
 from pathgene.host.report import points, zone_shapes
-from pathgene.host.report.along import surface_and_demand
 from pathgene.host.report.placing import label
 from pathgene.host.report.plan_view import axis_unit
 from pathgene.host.report.style import (
@@ -51,34 +50,35 @@ _HIGHER = 0.5
 
 def draw(
     axes: Axes,
-    evaluator: Evaluator,
+    problem: Problem,
     samples: Samples,
+    ground: Floats,
+    band: Floats,
     trouble: NDArray[np.bool_],
-    reasons: Sequence[tuple[str, int]],
-    lowest_at_m: float | None,
-    clearance_m: float,
+    reasons: Sequence[tuple[str, int]] = (),
+    lowest_at_m: float | None = None,
+    clearance_m: float | None = None,
     visited: Sequence[tuple[str, float]] = (),
 ) -> None:
     """Draw the altitudes along a path over the ground.
 
     Parameters
     ----------
+    ground, band : ndarray
+        The surface below the samples, and the lowest altitude that the rules allow, (k,) metres.
     trouble : ndarray
         True for samples that cannot be flown, (k,) bool.
     reasons : sequence of (str, int)
         Limits to name, each with its sample.
     lowest_at_m : float or None
         Metres flown to the minimum clearance; by default where the samples are lowest.
+    clearance_m : float, optional
+        The minimum clearance; by default it is not marked.
     visited : sequence of (str, float)
         The points between the ends, each with the metres flown to the nearest place of the path.
     """
-    problem = evaluator.problem
     unit_m, unit = axis_unit(float(samples.s[-1]))
     along = samples.s / unit_m
-    if problem.rules is None:
-        ground = samples.ground
-    else:
-        ground, _, band = surface_and_demand(evaluator, samples)
     ceilings = _ceilings(problem, ground)
     low, top = _heights(samples, ground, ceilings)
     axes.set_xlim(0, along[-1])
@@ -105,7 +105,9 @@ def draw(
     for name, at_m in visited:
         points.draw_along(axes, name, at_m / unit_m, float(np.interp(at_m, samples.s, samples.z)))
     finish(axes, "Altitude along the path", f"distance flown ({unit})", "altitude (m)")
-    taken = _mark_clearance(axes, along, samples, lowest_at_m, clearance_m)
+    taken: list[Bbox] = []
+    if clearance_m is not None:
+        taken = _mark_clearance(axes, along, samples, lowest_at_m, clearance_m)
     for limit, at in reasons:
         names.append((limit, [(float(along[at]), float(samples.z[at]))], TROUBLE))
     every = max(1, len(along) // _POINTS)

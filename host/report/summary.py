@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 #: Phases that every summary has, even if they took 0 seconds.
-_PHASES = ("total", "evaluation", "sort", "link", "board")
+_PHASES = ("total", "compiling", "evaluation", "sort", "link", "board")
 
 
 def finite(value: Any) -> Any:

@@ -22,10 +22,22 @@ from pathgene.host.report.track import track_of
 
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pathgene.host.report.handed_over import HandedOver
     from pathgene.host.report.picture import Scene
 
 
-__all__ = ["Drawn", "Written", "scene", "write_diagnosis", "write_picture", "write_report"]
+__all__ = [
+    "Drawn",
+    "Written",
+    "scene",
+    "write_diagnosis",
+    "write_figure",
+    "write_picture",
+    "write_report",
+    "write_run_picture",
+]
 
 
 class Written(NamedTuple):
@@ -47,6 +59,7 @@ def write_report(
     picture: bool = True,
     grid: bool = True,
     others: Mapping[str, bytes] | None = None,
+    mission: Callable[[], HandedOver | None] = lambda: None,
 ) -> Written:
     """Write ``summary.json``, ``terrain.npz``, ``path.geojson``, further files and ``path.png``.
 
@@ -68,6 +81,8 @@ def write_report(
         mistake for the terrain of this one.
     others : mapping, optional
         Contents of additional files by their names in :data:`pathgene.host.report.run_files.DATA`.
+    mission : callable
+        Returns the mission that the picture shows, if there is one.
 
     Raises
     ------
@@ -85,14 +100,41 @@ def write_report(
     with writing_into(directory):
         replace_files(directory, contents, gone=(*DATA, PICTURE, *FLIGHT))
     written = [directory / name for name in dict.fromkeys((SUMMARY, *contents))]
-    drawing = directory / PICTURE
-    if picture and write_picture(drawing, lambda: scene(evaluator, result, summary), warn):
-        written.append(drawing)
+    if picture:
+        written += write_run_picture(directory, evaluator, result, summary, warn, mission)
     return Written(written, whole)
 
 
+def write_run_picture(
+    directory: Path,
+    evaluator: Evaluator,
+    result: Result,
+    summary: Mapping[str, Any],
+    warn: Callable[[str], None],
+    mission: Callable[[], HandedOver | None] = lambda: None,
+) -> list[Path]:
+    """Draw ``path.png`` of a run and return the files drawn; see :func:`write_report`."""
+    drawing = directory / PICTURE
+
+    def made() -> Scene:
+        return scene(evaluator, result, summary, mission())
+
+    return [drawing] if write_picture(drawing, made, warn) else []
+
+
 def write_picture(file: Path, made: Callable[[], Scene], warn: Callable[[str], None]) -> bool:
-    """Draw a picture and return whether it was drawn; an error only causes a warning.
+    """Draw the picture of a scene; see :func:`write_figure`."""
+
+    def figure() -> Figure:
+        from pathgene.host.report.picture import draw
+
+        return draw(made())
+
+    return write_figure(file, figure, warn)
+
+
+def write_figure(file: Path, made: Callable[[], Figure], warn: Callable[[str], None]) -> bool:
+    """Draw a figure and return whether it was drawn; an error only causes a warning.
 
     Parameters
     ----------
@@ -100,10 +142,9 @@ def write_picture(file: Path, made: Callable[[], Scene], warn: Callable[[str], N
         Receives a sentence if there is no picture.
     """
     try:
-        from pathgene.host.report.picture import draw
         from pathgene.host.report.style import save
 
-        save(draw(made()), file)
+        save(made(), file)
     except Exception as error:
         warn(f"There is no picture this time, drawing it failed: {type(error).__name__}: {error}.")
         return False
@@ -118,7 +159,12 @@ def _grid(evaluator: Evaluator) -> bytes:
     return content.getvalue()
 
 
-def scene(evaluator: Evaluator, result: Result, summary: Mapping[str, Any]) -> Scene:
+def scene(
+    evaluator: Evaluator,
+    result: Result,
+    summary: Mapping[str, Any],
+    mission: HandedOver | None = None,
+) -> Scene:
     """Return the content of a run's picture."""
     from pathgene.host.report.picture import Scene
 
@@ -135,6 +181,7 @@ def scene(evaluator: Evaluator, result: Result, summary: Mapping[str, Any]) -> S
         reason,
         _legs(summary),
         warnings_in(summary),
+        mission,
     )
 
 
@@ -161,8 +208,8 @@ def _captions(summary: Mapping[str, Any]) -> tuple[str, str]:
     subtitle = (
         f"{verdict}, fitness {summary['fitness']:.4f}, {summary['length_m'] / 1000:.2f} km, "
         f"mean altitude {summary['mean_altitude_m']:,.0f} m, fuel {summary['fuel_N']:.3f} N "
-        f"({summary['uav']['name']}); {summary['generations']} generations, seed "
-        f"{summary['seed']}"
+        f"({summary['uav']['name']}); {summary['generations']} "
+        f"generation{'' if summary['generations'] == 1 else 's'}, seed {summary['seed']}"
     )
     return f"{summary['terrain']['name']}, planned by {by}", subtitle
 

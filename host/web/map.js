@@ -1,7 +1,7 @@
 // The map: tinted hillshade, zones, paths and the points of the flight, to pan and to zoom.
 
 import { Canvas } from "./canvas.js";
-import { drawAircraft, drawMark, drawPoint, drawText } from "./marks.js";
+import { drawAircraft, drawFaults, drawMark, drawPoint, drawRally, drawText } from "./marks.js";
 import { reliefOf } from "./relief.js";
 import { clamp, colourOf, coloursOf, drawnPaths, faded, niceStep } from "./scene.js";
 
@@ -9,6 +9,10 @@ const MARGIN_PIXELS = 14;
 const PAN_PIXELS = 40;
 const ZOOM_STEP = 1.35;
 const MOST_ZOOM = 60;
+// Part of the map's sides that a framed track takes.
+const FRAME = 0.7;
+// Pixels by metre from which the legs of a mission are drawn.
+const LEGS_SCALE = 0.1;
 
 /** A map of a decoded scene in an element that has a size of its own. */
 export class TerrainMap {
@@ -29,6 +33,7 @@ export class TerrainMap {
     this.paths = drawnPaths(scene);
     this.zones = scene.zones;
     this.points = scene.points;
+    this.faults = scene.faults ?? [];
     this.aircraft = this.marked = null;
     this.fitted = true;
     this.centre = { x: scene.terrain.width_m / 2, y: scene.terrain.height_m / 2 };
@@ -54,6 +59,12 @@ export class TerrainMap {
     this.redraw();
   }
 
+  /** Show the marks of faults {x, y}. */
+  setFaults(faults) {
+    this.faults = faults;
+    this.redraw();
+  }
+
   /** Show the aircraft at {x, y, z, heading_deg}, or none for null. */
   setAircraft(aircraft) {
     this.aircraft = aircraft;
@@ -74,6 +85,19 @@ export class TerrainMap {
   fit() {
     this.fitted = true;
     this.redraw();
+  }
+
+  /** Show the part of the map around a track. */
+  frame({ x, y }) {
+    const spans = [x, y].map((all) => {
+      const known = all.filter(Number.isFinite);
+      return [known.reduce((a, b) => Math.min(a, b)), known.reduce((a, b) => Math.max(a, b))];
+    });
+    const { width, height } = this.canvas;
+    const scales = [width, height].map((side, i) => side / Math.max(spans[i][1] - spans[i][0], 1));
+    this.fitted = false;
+    this.zoom = clamp((FRAME * Math.min(...scales)) / this.whole(), 1, MOST_ZOOM);
+    this.moveTo(...spans.map(([low, high]) => (low + high) / 2));
   }
 
   dispose() {
@@ -215,6 +239,7 @@ export class TerrainMap {
       drawPoint(context, point.kind, ...this.pixelsAt(point.x, point.y), 8, colours);
     }
     this.drawScale(context);
+    drawFaults(context, this.faults.map(({ x, y }) => this.pixelsAt(x, y)), colours);
     if (this.marked) drawMark(context, ...this.pixelsAt(this.marked.x, this.marked.y), colours);
     if (this.aircraft) {
       const { x, y, heading_deg } = this.aircraft;
@@ -264,6 +289,10 @@ export class TerrainMap {
 
   drawPath(context, path, colours) {
     const colour = colourOf(colours, path.colour);
+    if (path.thin) {
+      this.drawThin(context, path, colour);
+      return;
+    }
     context.save();
     context.globalAlpha = path.opacity ?? 1;
     context.beginPath();
@@ -280,6 +309,33 @@ export class TerrainMap {
       context.fill();
       context.stroke();
     }
+    context.restore();
+  }
+
+  /** Draw a line of a mission's end, or its items and rally points. */
+  drawThin(context, path, colour) {
+    context.save();
+    context.globalAlpha = path.opacity;
+    context.beginPath();
+    for (const [x, y] of path.points) context.lineTo(...this.pixelsAt(x, y));
+    Object.assign(context, { lineWidth: 3, strokeStyle: "#ffffff99" });
+    context.stroke();
+    context.setLineDash(path.dashes ?? []);
+    Object.assign(context, { lineWidth: 1.5, strokeStyle: colour });
+    context.stroke();
+    context.setLineDash([]);
+    context.beginPath();
+    // From close, the legs between the items differ from the smoothed path.
+    if (this.scale() > LEGS_SCALE) {
+      for (const [x, y] of path.legs ?? []) context.lineTo(...this.pixelsAt(x, y));
+    }
+    Object.assign(context, { lineWidth: 1.2, strokeStyle: "#22272b", fillStyle: "#22272b" });
+    context.stroke();
+    for (const [x, y] of path.items ?? []) {
+      const [left, top] = this.pixelsAt(x, y);
+      context.fillRect(left - 1.5, top - 1.5, 3, 3);
+    }
+    for (const [x, y] of path.rally ?? []) drawRally(context, ...this.pixelsAt(x, y));
     context.restore();
   }
 

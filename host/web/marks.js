@@ -35,6 +35,16 @@ export function drawAircraft(context, x, y, heading_deg, size) {
   context.restore();
 }
 
+/** Draw the triangle of a rally point. */
+export function drawRally(context, x, y) {
+  context.beginPath();
+  for (const [east, north] of [[0, 6], [5.2, -3], [-5.2, -3]]) context.lineTo(x + east, y - north);
+  context.closePath();
+  Object.assign(context, { lineWidth: 1.3, strokeStyle: RIM, fillStyle: "#ffffff" });
+  context.fill();
+  context.stroke();
+}
+
 /** Draw the ring of the marked place. */
 export function drawMark(context, x, y, colours) {
   context.beginPath();
@@ -48,6 +58,31 @@ export function drawMark(context, x, y, colours) {
   context.arc(x, y, 2.2, 0, 2 * Math.PI);
   context.fillStyle = colours.trouble;
   context.fill();
+}
+
+/** Draw the marks of faults at places [left, top] or null, each with its number in the list. */
+export function drawFaults(context, places, colours) {
+  context.save();
+  const shown = places.map((place, i) => ({ place, number: i + 1 })).filter(({ place }) => place);
+  for (const { place } of shown) {
+    context.beginPath();
+    context.arc(...place, 4.5, 0, 2 * Math.PI);
+    Object.assign(context, { lineWidth: 1.5, strokeStyle: "#ffffff", fillStyle: colours.trouble });
+    context.fill();
+    context.stroke();
+  }
+  // Numbers of neighbours share a text.
+  const groups = [];
+  for (const { place, number } of shown) {
+    const near = groups.find(({ at: [left, top] }) => Math.hypot(place[0] - left, place[1] - top) < 16);
+    if (near) near.numbers.push(number);
+    else groups.push({ at: place, numbers: [number] });
+  }
+  for (const { at: [left, top], numbers } of groups) {
+    const style = { colour: colours.trouble, rim: colours.paper, bold: true };
+    drawText(context, numbers.join(", "), left, top - 14, style);
+  }
+  context.restore();
 }
 
 /** Draw lines of text around a place, with a rim that separates them from the background. */

@@ -9,7 +9,7 @@ import { TerrainView } from "./view.js";
 const NEAR_PIXELS = 30;
 
 const scene = readScene(JSON.parse(document.getElementById("scene").textContent));
-const [{ track }] = scene.paths;
+const [{ track, mission }] = scene.paths;
 const view = viewIn(document.querySelector("#relief .view"));
 const map = new TerrainMap(document.querySelector("#plan .view"), scene);
 const profile = new Profile(document.querySelector("#altitude .view"), scene);
@@ -24,6 +24,7 @@ for (const part of [map, profile]) part.canvas.node.title = "";
 
 sayVerdict();
 listFigures();
+listFaults();
 explain();
 mark(at(track, lowest()));
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => view?.redraw());
@@ -92,11 +93,26 @@ function listFigures() {
   document.querySelector("#figures dl").append(...rows);
 }
 
+/** List the faults of a mission; a click on one marks its place. */
+function listFaults() {
+  const list = document.getElementById("faults");
+  const rows = (scene.faults ?? []).map(({ sentence, at_m }) => {
+    const [row, button] = ["li", "button"].map((tag) => document.createElement(tag));
+    button.textContent = sentence;
+    button.disabled = at_m === null;
+    button.addEventListener("click", () => mark(at(track, at_m)));
+    row.append(button);
+    return row;
+  });
+  list.append(...rows);
+  list.hidden = !rows.length;
+}
+
 /** Explain the colours, and name the parts that the drawing leaves out. */
 function explain() {
   const { terrain } = scene;
   const legend = [
-    ["line", "smoothed path"],
+    ["line", scene.faults ? "mission as flown" : "smoothed path"],
     ["earth", "ground"],
     Number.isFinite(track.demanded.find(Number.isFinite)) && ["band", "clearance demanded"],
     scene.zones.length && ["nofly", "no-fly zone"],
@@ -121,6 +137,9 @@ function explain() {
         "each the highest of those around it; all figures are of the whole terrain.",
     scene.zones_left_out &&
       `The ${number(scene.zones_left_out, 0)} smallest no-fly zones are not drawn.`,
+    mission && !scene.faults &&
+      "Squares are the items that an autopilot gets, triangles its rally points; thin lines show " +
+        "the end of the mission, with its circle and the clear disc around it.",
     "Point at the profile, or press the arrow keys on it, to mark a place in all views.",
   ];
   document.getElementById("notes").textContent = notes.filter(Boolean).join(" ");

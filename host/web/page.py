@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
+from pathgene.host.mission.autopilot.hand_over import USUAL, HandOver
 from pathgene.host.web.scene import plan_scene
 
 
-__all__ = ["MODULES", "page_of", "require_library", "three_js"]
+__all__ = ["MODULES", "page_of", "page_of_scene", "require_library", "three_js"]
 
 #: ES modules of this folder that a page imports.
 MODULES = (
@@ -39,7 +40,12 @@ _LIBRARY_FILE = "nicegui/elements/scene/dist/index.js"
 _NEEDED = "The page needs three.js of the extra: pip install 'pathgene[desk]' (--write html)."
 
 
-def page_of(evaluator: Evaluator, path: NDArray[Any], summary: Mapping[str, Any]) -> str:
+def page_of(
+    evaluator: Evaluator,
+    path: NDArray[Any],
+    summary: Mapping[str, Any],
+    wanted: HandOver = USUAL,
+) -> str:
     """Return the page of a plan.
 
     Parameters
@@ -48,14 +54,20 @@ def page_of(evaluator: Evaluator, path: NDArray[Any], summary: Mapping[str, Any]
         Waypoints, (n, 3) float64 metres, start and goal included.
     summary : mapping
         The content of ``summary.json``.
+    wanted : HandOver
+        The user's choices about the mission that an autopilot gets, which the page shows.
 
     Raises
     ------
     InputError
         If the extra ``desk``, whose three.js the page contains, is not installed.
     """
+    return page_of_scene(plan_scene(evaluator, path, summary, wanted))
+
+
+def page_of_scene(scene: Mapping[str, Any]) -> str:
+    """Return the page of a scene with a path; it raises as :func:`page_of` does."""
     library = three_js()
-    scene = plan_scene(evaluator, path, summary)
     imports = {_LIBRARY: library, **{name: _own(name) for name in MODULES}}
     parts = {
         "title": html.escape(scene["title"]),

@@ -1,7 +1,7 @@
 // The altitude profile: ground, required clearance, zones and ceilings along a track.
 
 import { Canvas } from "./canvas.js";
-import { drawMark, drawPoint, drawText } from "./marks.js";
+import { drawFaults, drawMark, drawPoint, drawText } from "./marks.js";
 import { at, clamp, coloursOf, faded, insideZone, metres, nearest, niceStep, number, runs } from "./scene.js";
 
 const [LEFT, RIGHT, TOP, BOTTOM] = [58, 16, 14, 40];
@@ -9,6 +9,8 @@ const KEY_STEPS = 200;
 const PAGE_STEPS = 20;
 // Greatest height above the altitudes at which a ceiling is shown, as a share of their range.
 const HIGHER = 0.5;
+// Colour of a track to compare, as of a kept plan on the desk.
+const BESIDE = "#d55e00";
 
 /** A profile of the first track of a decoded scene in an element that has a size of its own. */
 export class Profile {
@@ -20,7 +22,7 @@ export class Profile {
     this.element = element;
     this.scene = scene;
     this.zones = scene.zones;
-    this.track = null;
+    this.track = this.beside = null;
     this.s = null;
     /** Called with the row of at(track, s), or null, when the reader marks another place. */
     this.onMark = null;
@@ -29,9 +31,15 @@ export class Profile {
     this.setTrack(scene.paths[0]?.track ?? null);
   }
 
-  /** Show another track of the same scene, or none. */
-  setTrack(track) {
+  /**
+   * Show another track of the same scene, or none.
+   *
+   * @param {object} track The track.
+   * @param {object} beside Another track to compare, over the same width, or null.
+   */
+  setTrack(track, beside = null) {
     this.track = track;
+    this.beside = beside;
     this.s = null;
     this.measure();
     this.describe();
@@ -115,7 +123,7 @@ export class Profile {
   measure() {
     const { track } = this;
     if (!track) return;
-    const heights = [...track.z, ...track.ground].filter(Number.isFinite);
+    const heights = [...track.z, ...track.ground, ...(this.beside?.z ?? [])].filter(Number.isFinite);
     const low = heights.reduce((a, b) => Math.min(a, b));
     const high = heights.reduce((a, b) => Math.max(a, b));
     this.ceilings = this.scene.ceilings.map(({ name, altitude_m, agl }) => ({
@@ -172,6 +180,7 @@ export class Profile {
     context.setLineDash([6, 4]);
     for (const { heights } of this.ceilings) this.line(context, heights, colours.text, 1);
     context.setLineDash([]);
+    if (this.beside) this.line(context, this.beside.z, BESIDE, 1.5, this.beside);
     this.line(context, this.track.z, colours.line, 2.5);
     this.drawBroken(context, colours);
     context.restore();
@@ -179,6 +188,9 @@ export class Profile {
     for (const { kind, s } of this.visits) {
       drawPoint(context, kind, this.left(s), this.top(at(this.track, s).z), 6, colours);
     }
+    const faults = this.scene.faults ?? [];
+    const places = faults.map(({ at_m, z }) => at_m === null ? null : [this.left(at_m), this.top(z)]);
+    drawFaults(context, places, colours);
     if (this.s !== null) this.drawMarked(context, height, colours);
   }
 
@@ -226,12 +238,12 @@ export class Profile {
     }
   }
 
-  line(context, heights, colour, width) {
+  line(context, heights, colour, width, { s, samples, length_m } = this.track) {
     Object.assign(context, { strokeStyle: colour, lineWidth: width, lineJoin: "round" });
-    const { s, samples } = this.track;
+    const scale = this.track.length_m / length_m;
     for (const [from, to] of runs(samples, (i) => Number.isFinite(heights[i]))) {
       context.beginPath();
-      for (let i = from; i < to; i++) context.lineTo(this.left(s[i]), this.top(heights[i]));
+      for (let i = from; i < to; i++) context.lineTo(this.left(scale * s[i]), this.top(heights[i]));
       context.stroke();
     }
   }

@@ -36,14 +36,50 @@ export function pointsOf(track) {
  * and over it the stretches that break a limit.
  */
 export function drawnPaths(scene) {
-  return scene.paths.flatMap(({ track, waypoints }) => {
+  return scene.paths.flatMap(({ track, waypoints, mission }) => {
     const points = pointsOf(track);
     const broken = track.broken.map(({ from_m, to_m }) => ({
       points: stretch(track, points, from_m, to_m),
       colour: "trouble",
       opacity: 1,
     }));
-    return [{ points, waypoints, colour: "path", opacity: 1, curtain: true }, ...broken];
+    const rest = mission ? drawnMission(mission) : [];
+    const parts = partsOf(points).map((part, i) => ({
+      points: part,
+      waypoints: i ? [] : waypoints,
+      colour: "path",
+      opacity: 1,
+      curtain: true,
+    }));
+    return [...parts, ...rest, ...broken];
+  });
+}
+
+/** Return the parts of points between points of NaN, which separate flights of a mission. */
+function partsOf(points) {
+  const spans = runs(points.length, (i) => Number.isFinite(points[i][0]));
+  return spans.map(([from, to]) => points.slice(from, to));
+}
+
+/** Return the end of a mission as an autopilot gets it, its items and its rally points. */
+function drawnMission({ items, legs, way, go_around, circles, rally }) {
+  const lines = [way, go_around].filter(({ length }) => length > 1);
+  const thin = { colour: "path", opacity: 1, thin: true };
+  return [
+    ...lines.map((points) => ({ ...thin, points, dashes: [6, 3] })),
+    ...circles.flatMap(({ x, y, z, radius_m, disc_m }) => [
+      { ...thin, points: ring(x, y, z, radius_m) },
+      { ...thin, points: ring(x, y, z, disc_m), dashes: [1.5, 4], opacity: 0.75 },
+    ]),
+    { ...thin, points: [], items, legs, rally },
+  ];
+}
+
+/** Return the points of a level circle. */
+function ring(x, y, z, radius_m) {
+  return Array.from({ length: 73 }, (_, i) => {
+    const angle = (2 * Math.PI * i) / 72;
+    return [x + radius_m * Math.sin(angle), y + radius_m * Math.cos(angle), z];
   });
 }
 

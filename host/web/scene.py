@@ -31,10 +31,16 @@ above the datum of the terrain. Arrays are base64 of little-endian numbers. The 
     path, with ``length_m``, ``samples`` (k) and the float32 arrays (k,) ``s`` (metres flown),
     ``x``, ``y``, ``z``, ``ground`` (the surface below, NaN over a void), ``clearance`` (height over
     the highest surface within the corridor) and ``demanded`` (minimum altitude of the rules, NaN
-    with ``as_paper``); ``broken``, stretches that break a limit: ``limit``, ``from_m``, ``to_m``.
+    with ``as_paper``); ``broken``, stretches that break a limit: ``limit``, ``from_m``, ``to_m``;
+    ``mission``, as an autopilot gets it, null without one: ``items``, ``legs`` between them with
+    the arcs of their turns, ``way`` from the goal to the end, ``go_around`` and ``rally`` ([[x, y,
+    z], ...]), ``circles`` (``x``, ``y``, ``z``, ``radius_m``, ``disc_m``).
 ``figures``
     The main figures of the summary: ``key`` of the summary, ``label``, ``value`` as in the summary,
     ``text`` with its unit.
+``faults``
+    The faults of a checked mission, in the order of the list; missing in other scenes:
+    ``sentence``, ``x``, ``y``, ``z``, ``at_m`` (metres flown, null for a place without a leg).
 ``ceilings``
     Ceilings of the rules and the aircraft: ``name``, ``altitude_m``, ``agl`` (true: above the
     surface).
@@ -52,10 +58,13 @@ from numpy.typing import NDArray
 
 from pathgene.host.evaluation import Evaluator, Samples
 from pathgene.host.evaluation.aircraft_limits import line_limits
+from pathgene.host.mission.autopilot.hand_over import USUAL, HandOver
+from pathgene.host.mission.drawn import drawn_mission
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.tiles import outermost, tiles_of, wholes
 from pathgene.host.problem.zones import Zone
 from pathgene.host.report.along import broken_limits, surface_and_demand, why
+from pathgene.host.report.handed_over import HandedOver
 from pathgene.host.report.reading import warnings_in
 from pathgene.host.report.track import mark_names
 from pathgene.host.terrain import Terrain
@@ -64,6 +73,8 @@ from pathgene.host.web.figures import captions, figures
 
 __all__ = [
     "ceilings_scene",
+    "columns_scene",
+    "mission_scene",
     "path_scene",
     "plan_scene",
     "points_scene",
@@ -106,7 +117,12 @@ def problem_scene(problem: Problem) -> dict[str, Any]:
     }
 
 
-def plan_scene(evaluator: Evaluator, path: Floats, summary: Mapping[str, Any]) -> dict[str, Any]:
+def plan_scene(
+    evaluator: Evaluator,
+    path: Floats,
+    summary: Mapping[str, Any],
+    wanted: HandOver = USUAL,
+) -> dict[str, Any]:
     """Return the scene of a plan.
 
     Parameters
@@ -115,6 +131,8 @@ def plan_scene(evaluator: Evaluator, path: Floats, summary: Mapping[str, Any]) -
         Waypoints, (n, 3) float64 metres, start and goal included.
     summary : mapping
         The content of ``summary.json``: it supplies the verdict and the figures.
+    wanted : HandOver
+        The user's choices about the mission that an autopilot gets.
     """
     title, subtitle = captions(summary)
     feasible = summary.get("feasible")
@@ -125,12 +143,16 @@ def plan_scene(evaluator: Evaluator, path: Floats, summary: Mapping[str, Any]) -
     sentence = " ".join((*filter(None, [sentence]), *warnings_in(summary)))
     name = str(summary.get("planner") or "path")
     least_m = summary.get("minimum_clearance_m")
+    drawn = path_scene(evaluator, path, name, least_m=least_m)
+    if feasible:
+        mission = drawn_mission(evaluator.problem, evaluator.track(path), wanted)
+        drawn["mission"] = mission_scene(mission)
     return {
         **problem_scene(evaluator.problem),
         "title": title,
         "subtitle": subtitle,
         "verdict": {"feasible": feasible, "sentence": sentence},
-        "paths": [path_scene(evaluator, path, name, least_m=least_m)],
+        "paths": [drawn],
         "figures": figures(summary),
     }
 
@@ -216,10 +238,29 @@ def path_scene(
     lowest_m = evaluator.lowest_at_m(path)
     if lowest_m is not None:
         samples = _with_sample_at(samples, lowest_m)
-    ground, highest, demanded = surface_and_demand(evaluator, samples)
+    ground, highest, demanded = surface_and_demand(evaluator.problem, samples)
     clearance = samples.z - highest
     if lowest_m is not None and least_m is not None:
         clearance[np.searchsorted(samples.s, lowest_m)] = least_m
+    return {
+        "name": name,
+        "waypoints": path.tolist(),
+        "mission": None,
+        "track": {
+            "length_m": track.length_m,
+            **columns_scene(samples, ground, clearance, demanded),
+            "broken": [
+                {"limit": each.limit, "from_m": each.from_m, "to_m": each.to_m}
+                for each in broken_limits(evaluator, path, samples)
+            ],
+        },
+    }
+
+
+def columns_scene(
+    samples: Samples, ground: Floats, clearance: Floats, demanded: Floats
+) -> dict[str, Any]:
+    """Return the arrays of a track, (k,) metres, and their size; see ``paths`` above."""
     columns = {
         "s": samples.s,
         "x": samples.x,
@@ -229,18 +270,29 @@ def path_scene(
         "clearance": clearance,
         "demanded": demanded,
     }
+    arrays = {key: _base64(column, "<f4") for key, column in columns.items()}
+    return {"samples": len(samples.s), **arrays}
+
+
+def mission_scene(mission: HandedOver | None) -> dict[str, Any] | None:
+    """Return a mission as an autopilot gets it; see ``paths`` above."""
+    if mission is None:
+        return None
+    lines = {
+        name: getattr(mission, name) for name in ("items", "legs", "way", "go_around", "rally")
+    }
     return {
-        "name": name,
-        "waypoints": path.tolist(),
-        "track": {
-            "length_m": track.length_m,
-            "samples": len(samples.s),
-            **{key: _base64(column, "<f4") for key, column in columns.items()},
-            "broken": [
-                {"limit": each.limit, "from_m": each.from_m, "to_m": each.to_m}
-                for each in broken_limits(evaluator, path, samples)
-            ],
-        },
+        **{name: np.round(line, 1).tolist() for name, line in lines.items()},
+        "circles": [
+            {
+                "x": each.x_m,
+                "y": each.y_m,
+                "z": each.z_m,
+                "radius_m": each.radius_m,
+                "disc_m": each.disc_m,
+            }
+            for each in mission.circles
+        ],
     }
 
 

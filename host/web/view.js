@@ -254,6 +254,12 @@ export class TerrainView {
     const line = path.points.flatMap((point) => this.place(...point));
     if (line.length < 6) return;
     const opacity = path.opacity ?? 1;
+    if (path.thin) {
+      const mesh = fatLine(line, { colour, width: 1.6, opacity, lift: 0.002 }, this.screen);
+      mesh.renderOrder = 3;
+      group.add(mesh);
+      return;
+    }
     const styles = [
       // Faintly through the hills, where they hide the path.
       { colour, width: 3, opacity: 0.22 * opacity, hidden: true },

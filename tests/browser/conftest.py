@@ -13,7 +13,8 @@ from tests.browser.seen import AFAR, is_local
 
 
 # WebGL is rendered by the processor, identically on every machine, with or without a graphics card.
-OPTIONS = ("--enable-unsafe-swiftshader", "--use-angle=swiftshader")
+# The rest of a page would be, too, which takes 1.7 times the processor.
+OPTIONS = ("--enable-unsafe-swiftshader", "--use-angle=swiftshader", "--disable-gpu-rasterization")
 
 
 @pytest.fixture(scope="module")

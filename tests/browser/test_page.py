@@ -8,7 +8,7 @@ import pytest
 
 from pathgene.host.web.page import page_of
 from tests.browser.seen import colours, is_local, pixels, settle
-from tests.support.host.web_plans import KINDS, evaluated, hills, page_text, planned
+from tests.support.host.web_plans import KINDS, evaluated, hills, page_text, planned, with_mission
 
 
 VIEWS = ("#relief", "#plan", "#altitude")
@@ -86,6 +86,27 @@ def test_all_views_draw_and_the_pointer_over_the_profile_marks_them(opened):
     )
     assert metres_of(after["altitude"]) == pytest.approx(altitude, abs=3)
     assert metres_of(after["height"]) == pytest.approx(altitude - ground, abs=5)
+
+
+@pytest.mark.ci
+def test_the_end_of_a_mission_is_drawn_on_map_and_relief(opened):
+    plan = with_mission()
+    page = opened("", text=page_of(plan.evaluator, plan.path, plan.summary))
+    assert "triangles its rally points" in page.locator("#notes").text_content()
+    still(page)
+    shown = {view: pixels(page.locator(f"{view} canvas")) for view in VIEWS[:2]}
+    page.evaluate(
+        """() => {
+          const paths = pathgene.map.paths.filter(({ thin }) => !thin);
+          pathgene.map.setPaths(paths);
+          pathgene.view.setPaths(paths);
+        }"""
+    )
+    still(page)
+    for view, before in shown.items():
+        changed = np.abs(pixels(page.locator(f"{view} canvas")) - before).max(axis=2) > 0.2
+        # Thin lines and small marks.
+        assert 100 < changed.sum() < 0.05 * changed.size, view
 
 
 @pytest.mark.ci

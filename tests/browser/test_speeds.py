@@ -8,7 +8,7 @@ from bench import desk
 from bench.report import Options
 
 
-@pytest.mark.ci
+@pytest.mark.long
 def test_what_is_measured_of_the_desk(monkeypatch):
     # NiceGUI behaves differently within pytest.
     for name in list(os.environ):

@@ -41,7 +41,7 @@ class Cockpit:
         ui.context.client.on_delete(self._gone)
 
     def _build(self) -> None:
-        with ui.element("div").classes("cockpit") as self._root:
+        with ui.element("div").classes("takeover cockpit") as self._root:
             with ui.element("header"):
                 ui.html("<h2>Flight</h2>", sanitize=False)
                 self._end = ui.button(_END, on_click=self.end).props("flat dense no-caps")

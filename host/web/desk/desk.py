@@ -12,9 +12,11 @@ from pathgene.host.device.boards import known_config
 from pathgene.host.errors import InputError
 from pathgene.host.planners.registry import DEFAULT_BOARD
 from pathgene.host.terrain import Terrain
-from pathgene.host.web.desk.job import FlightJob, PlanJob
+from pathgene.host.web.desk.job import FlightJob, MendJob, PlanJob
 from pathgene.host.web.desk.jobs import Jobs
 from pathgene.host.web.desk.kept import KeptProblems
+from pathgene.host.web.desk.mending import MendTask
+from pathgene.host.web.desk.opened import OpenMission
 from pathgene.host.web.desk.saving import files_of, saved_plans
 from pathgene.host.web.desk.sheet import Sheet
 from pathgene.host.web.desk.terrains import Terrains
@@ -107,6 +109,19 @@ class Desk:
         board = str(task.get("board") or DEFAULT_BOARD)
         job = FlightJob(folder, planner=sheet.planner, board=board, seed=task.get("seed") or 0)
         self.jobs.fly(job)
+        return job
+
+    def mend(self, mission: OpenMission, sheet: Sheet) -> MendJob:
+        """Start to mend a mission by the terrain, zones, aircraft and rules of a problem.
+
+        Raises
+        ------
+        InputError
+            If a value of the problem is bad, or too many missions are being mended.
+        """
+        task = MendTask(sheet.copy().flight_values(), mission.name, mission.source)
+        job = MendJob(wanted=task)
+        self.jobs.mend(job)
         return job
 
     def _check_board(self, sheet: Sheet) -> None:

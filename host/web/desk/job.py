@@ -1,4 +1,4 @@
-"""The jobs of the desk as its pages see them: a plan in progress, and a flight."""
+"""The jobs of the desk as its pages see them: a plan, a flight, a mission being mended."""
 
 from __future__ import annotations
 
@@ -11,47 +11,40 @@ from typing import Any, ClassVar, Literal
 from numpy.typing import NDArray
 
 from pathgene.host.web.desk.flight import USUAL, Flown, FlyTask, Landed
+from pathgene.host.web.desk.mending import MendedFile, MendTask
 from pathgene.host.web.desk.messages import Ending, Failed, Saved
 from pathgene.host.web.desk.worker import Found, PlanTask, Progressed
 
 
-__all__ = ["NEWS", "FlightJob", "Job", "PlanJob", "State"]
+__all__ = ["NEWS", "FlightJob", "Job", "MendJob", "PlanJob", "SavedJob", "State"]
 
 #: Parts of a flight that are sent only after a change.
 NEWS = ("zones", "points", "path", "changes")
 
 #: See :class:`Job`.
-State = Literal["waiting", "planning", "flying", "found", "saved", "failed"]
+State = Literal["waiting", "planning", "flying", "mending", "found", "saved", "failed"]
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, kw_only=True)
 class Job(ABC):
     """Work of a process of the desk. Only the desk's threads write to this object.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder in which the result is saved.
 
     Attributes
     ----------
     state : str
-        ``waiting`` in the queue, ``planning`` or ``flying``, ``found`` but not yet saved,
-        ``saved``, ``failed``.
-    notes : list of str
-        Sentences about facts that the files cannot express.
+        ``waiting`` in the queue; ``planning``, ``flying`` or ``mending``; ``found``, for a mended
+        mission the end, and otherwise not yet saved; ``saved``, ``failed``.
     error : str or None
         A sentence that says why there is no result, or no file of it.
     ending : bool
         Its search has ended because of that request.
     """
 
-    #: The state while the task is executed.
+    #: The state while the task is executed, and the word for the job in sentences.
     at_work: ClassVar[State]
+    word: ClassVar[str]
 
-    folder: Path
     state: State = "waiting"
-    notes: list[str] = field(default_factory=list)
     error: str | None = None
     stopping: bool = False
     ending: bool = False
@@ -70,14 +63,70 @@ class Job(ABC):
         """Record a message of the process."""
         if isinstance(message, Ending):
             self.ending = True
-        elif isinstance(message, Saved):
-            self.notes, self.state = message.notes, "saved"
         elif isinstance(message, Failed):
             self.error, self.state = message.sentence, "failed"
 
 
 @dataclass(eq=False, kw_only=True)
-class PlanJob(Job):
+class SavedJob(Job):
+    """A job whose result is saved.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder in which the result is saved.
+
+    Attributes
+    ----------
+    notes : list of str
+        Sentences about facts that the files cannot express.
+    """
+
+    folder: Path = field(kw_only=False)
+    notes: list[str] = field(default_factory=list)
+
+    def take(self, message: object) -> None:
+        """Record a message of the process."""
+        super().take(message)
+        if isinstance(message, Saved):
+            self.notes, self.state = message.notes, "saved"
+
+
+@dataclass(eq=False, kw_only=True)
+class MendJob(Job):
+    """A mission that is being mended; its state is ``found`` once it has a ``result``.
+
+    Parameters
+    ----------
+    wanted : MendTask
+        The mission.
+    """
+
+    at_work = "mending"
+    word = "mending"
+
+    wanted: MendTask
+    result: MendedFile | None = None
+
+    @property
+    def task(self) -> MendTask:
+        """The task of the process."""
+        return self.wanted
+
+    @property
+    def done(self) -> bool:
+        """True once nothing more will arrive."""
+        return self.state in ("found", "failed")
+
+    def take(self, message: object) -> None:
+        """Record a message of the process."""
+        super().take(message)
+        if isinstance(message, MendedFile):
+            self.result, self.state = message, "found"
+
+
+@dataclass(eq=False, kw_only=True)
+class PlanJob(SavedJob):
     """A plan in progress; its folder is empty until its state is ``saved``.
 
     Parameters
@@ -96,6 +145,7 @@ class PlanJob(Job):
     """
 
     at_work = "planning"
+    word = "plan"
 
     values: Mapping[str, Any]
     statement: str | None = None
@@ -121,7 +171,7 @@ class PlanJob(Job):
 
 
 @dataclass(eq=False, kw_only=True)
-class FlightJob(Job):
+class FlightJob(SavedJob):
     """A flight of the saved plan in its folder.
 
     Parameters
@@ -140,6 +190,7 @@ class FlightJob(Job):
     """
 
     at_work = "flying"
+    word = "flight"
 
     planner: str
     board: str

@@ -18,7 +18,7 @@ from typing import Any
 from pathgene.host import interrupts
 from pathgene.host.errors import InputError
 from pathgene.host.web.desk.flight import ENDED
-from pathgene.host.web.desk.job import FlightJob, Job, PlanJob
+from pathgene.host.web.desk.job import FlightJob, Job, MendJob, PlanJob, SavedJob
 from pathgene.host.web.desk.messages import STOP, Failed
 from pathgene.host.web.desk.worker import work
 
@@ -28,8 +28,9 @@ __all__ = ["Jobs"]
 # Longest wait for the end of a generation after a stop, and for the choice of the path and the
 # files at the end of the desk.
 _PATIENCE_S, _SAVING_S = 10.0, 60.0
-# Maximum flights at a time.
-_MOST_FLIGHTS = 4
+# Maximum flights at a time, and maximum missions that are mended at a time.
+_MOST_FLIGHTS = _MOST_MENDED = 4
+_STOPPED = "Mending was stopped; the mission is as before."
 
 
 class _Process:
@@ -113,6 +114,22 @@ class Jobs:
                 raise InputError(f"{len(flights)} flights are in progress, the maximum; end one.")
             self._begin(job)
 
+    def mend(self, job: MendJob) -> None:
+        """Mend a mission; it neither waits for other jobs nor delays plans.
+
+        Raises
+        ------
+        InputError
+            If too many missions are being mended.
+        """
+        with self._lock:
+            mended = sum(isinstance(each, MendJob) for each in self._running)
+            if self._closed:
+                raise InputError("The desk is ending.")
+            if mended >= _MOST_MENDED:
+                raise InputError(f"{mended} missions are being mended, the maximum; wait for one.")
+            self._begin(job)
+
     def tell(self, job: Job, message: object) -> None:
         """Send a message to the process of a job, if there still is one."""
         with self._lock:
@@ -152,7 +169,7 @@ class Jobs:
         return job
 
     def stop(self, job: Job) -> None:
-        """Let a plan end with its best path. A queued plan and a flight end without a path."""
+        """Let a plan end with its best path. Other jobs and queued plans end without a result."""
         with self._lock:
             job.stopping = True
             if job not in self._running:
@@ -160,16 +177,21 @@ class Jobs:
                     self._queue.remove(job)
                     job.take(Failed("It was stopped before it began."))
                 return
+            if isinstance(job, MendJob):
+                # There is no result until the end.
+                self._running[job].process.kill()
+                return
         self.tell(job, STOP)
         killer = threading.Timer(_PATIENCE_S, self._kill, (job,))
         killer.daemon = True
         killer.start()
 
     @property
-    def active(self) -> list[Job]:
-        """The jobs that plan or wait, in order of submission."""
+    def active(self) -> list[SavedJob]:
+        """The flights, and the jobs that plan or wait, in order of submission."""
         with self._lock:
-            return [*self._running, *self._queue]
+            running = [job for job in self._running if isinstance(job, SavedJob)]
+            return [*running, *self._queue]
 
     def ahead_of(self, job: PlanJob) -> int:
         """Return how many jobs wait before a given waiting job."""
@@ -222,10 +244,10 @@ class Jobs:
             reason = (
                 "was stopped, and did not end" if job.stopping else "ended; memory may be short"
             )
-            what = "flight" if isinstance(job, FlightJob) else "plan"
-            sentence = f"The process of this {what} {reason}."
-            is_ended = isinstance(job, FlightJob) and job.stopping
-            job.take(Failed(ENDED if is_ended else sentence))
+            sentence = f"The process of this {job.word} {reason}."
+            if job.stopping and isinstance(job, FlightJob | MendJob):
+                sentence = ENDED if isinstance(job, FlightJob) else _STOPPED
+            job.take(Failed(sentence))
         with self._lock:
             del self._running[job]
             self._start()

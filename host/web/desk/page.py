@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import dataclasses
 import operator
 from typing import Any
 
@@ -11,7 +12,10 @@ from nicegui import events, ui
 from pathgene.host.errors import InputError, PathgeneError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.inputs import read_text
+from pathgene.host.mission.autopilot.hand_over import hand_over_of
 from pathgene.host.mission.build import zones_of
+from pathgene.host.mission.drawn import drawn_mission
+from pathgene.host.mission.ending import summary_ending
 from pathgene.host.numeric import numbers
 from pathgene.host.planners import PLANNERS
 from pathgene.host.report.read import read_run
@@ -22,13 +26,15 @@ from pathgene.host.web.desk.drawn import drawn_problem
 from pathgene.host.web.desk.files import open_upload
 from pathgene.host.web.desk.flight import Goal
 from pathgene.host.web.desk.following import Following
-from pathgene.host.web.desk.job import FlightJob, Job, PlanJob
+from pathgene.host.web.desk.job import FlightJob, PlanJob, SavedJob
+from pathgene.host.web.desk.mission_card import MissionCard
+from pathgene.host.web.desk.opened import OpenMission
 from pathgene.host.web.desk.panels import Panels, panel
 from pathgene.host.web.desk.results import EARLIER, PlanView, Results, SavedPlans
 from pathgene.host.web.desk.saving import PROBLEM
 from pathgene.host.web.desk.sheet import Sheet
 from pathgene.host.web.desk.stage import Stage
-from pathgene.host.web.scene import path_scene
+from pathgene.host.web.scene import mission_scene, path_scene
 
 
 __all__ = ["Page"]
@@ -88,9 +94,10 @@ class Page:
                 self._panels = Panels(self._sheet, self._changed, lambda n: self._stage.pick(n))
                 with panel("Saved plans"):
                     self._saved = SavedPlans(self._show, self._desk.jobs.stop, self._load)
-            self._stage = Stage().classes("stage-host")
+            self._stage = Stage(self._upload).classes("stage-host")
             with ui.element("section").classes("results").props('data-part="results"'):
                 self._cockpit = Cockpit(self._desk.jobs, self._landed)
+                self._mission = MissionCard(self._desk, self._sheet, self._settle, self._settle)
                 self._results = Results(self._keep, self._drop, self.fly, self._holds)
         self._stage.on("ready", self._ready)
         self._stage.on("drawn", self._drawn)
@@ -98,6 +105,7 @@ class Page:
         ui.timer(_LIST_S, self._list)
         self._following.show_in(self._stage, self._results)
         self._cockpit.show_in(self._stage)
+        self._mission.show_in(self._stage)
 
     async def _ready(self, event: events.GenericEventArguments) -> None:
         """Load the problem from the address, and draw it."""
@@ -111,8 +119,15 @@ class Page:
         """Return whether a plan belongs to the current problem."""
         return plan.statement is not None and plan.statement == self._sheet.statement()
 
+    def _leave(self) -> None:
+        """Stop showing a flight, a mission or a running plan."""
+        self._cockpit.leave()
+        self._mission.leave()
+        self._following.leave()
+
     def _changed(self) -> None:
         self._results.check()
+        self._mission.changed()
         self._settling.deactivate()
         self._settling.activate()
 
@@ -122,7 +137,7 @@ class Page:
         self._settled += 1
         number = self._settled
         # The user may change the problem while a thread works on the copy.
-        sheet = self._sheet.copy()
+        sheet, judged = self._sheet.copy(), None
         try:
             terrain = await asyncio.to_thread(sheet.terrain)
             drawn = await asyncio.to_thread(drawn_problem, sheet, terrain)
@@ -131,19 +146,23 @@ class Page:
             if terrain is not self._drawn_terrain:
                 self._drawn_terrain = terrain
                 url = await asyncio.to_thread(self._desk.mesh_url, terrain)
-                self._cockpit.leave()
-                self._following.leave()
+                self._leave()
                 self._results.show(None, None)
                 self._stage.set_terrain(url, drawn)
             else:
                 self._stage.set_problem(drawn)
             self._stage.set_link(await asyncio.to_thread(self._link, sheet))
-            await asyncio.to_thread(sheet.mission)
+            if self._mission.is_open:
+                judged = await asyncio.to_thread(self._mission.judged, sheet)
+            else:
+                await asyncio.to_thread(sheet.mission)
             sentence = ""
         except PathgeneError as error:
             sentence = str(error)
         if number == self._settled:
             self._say(sentence)
+            if self._mission.is_open:
+                self._mission.show(judged)
 
     def _link(self, sheet: Sheet) -> str:
         """Return the fragment for the address of the page; empty if there is no link."""
@@ -264,13 +283,13 @@ class Page:
         self._results.card.refresh()
         self._list()
 
-    async def _show(self, job: Job) -> None:
+    async def _show(self, job: SavedJob) -> None:
         """Show a running job."""
         if isinstance(job, FlightJob):
             if await self._load(job.folder.name):
                 self._cockpit.follow(job)
         elif isinstance(job, PlanJob):
-            self._cockpit.leave()
+            self._leave()
             self._following.follow(job)
 
     async def plan(self) -> None:
@@ -280,7 +299,7 @@ class Page:
         except PathgeneError as error:
             self._say(str(error))
             return
-        self._cockpit.leave()
+        self._leave()
         self._following.follow(job)
         self._list()
 
@@ -307,6 +326,12 @@ class Page:
             least_m = planned.summary.get("minimum_clearance_m")
             path = path_scene(evaluator, planned.path, name, least_m=least_m)
             note = self._sheet.open_saved(read_text(folder / PROBLEM))
+            if planned.feasible:
+                ending = summary_ending(folder / SUMMARY, planned.summary)
+                wanted = dataclasses.replace(hand_over_of(self._sheet.values), ending=ending)
+                path["mission"] = mission_scene(
+                    drawn_mission(planned.problem, evaluator.track(planned.path), wanted)
+                )
             statement = self._sheet.statement()
             return PlanView(planned.summary, path, folder, "saved", statement), note
 
@@ -317,8 +342,7 @@ class Page:
             return False
         if note is not None:
             ui.notify(note, multi_line=True)
-        self._cockpit.leave()
-        self._following.leave()
+        self._leave()
         self._show_values()
         await self._settle()
         self._stage.begin()
@@ -327,17 +351,25 @@ class Page:
         return True
 
     async def _opened(self, event: events.UploadEventArguments) -> None:
-        """Open a file from the user: a problem, zones, an aircraft or a terrain."""
+        """Open a file from the user: a problem, zones, a mission, an aircraft or a terrain."""
         content = await event.file.read()
         self._upload.reset()
         said: list[str] = []
+        missions: list[OpenMission] = []
 
         def open_it() -> None:
-            said.extend(open_upload(self._sheet, self._desk.terrains, event.file.name, content))
+            sentences, mission = open_upload(
+                self._sheet, self._desk.terrains, event.file.name, content, self._mission.opened
+            )
+            said.extend(sentences)
+            missions.extend([] if mission is None else [mission])
 
         if await self._tried(open_it):
+            for mission in missions:
+                self._leave()
+                self._mission.open(mission, said)
             self._show_values()
-            if said:
+            if said and not missions:
                 ui.notify(" ".join(said), multi_line=True, timeout=0, close_button="Close")
 
     def _download(self) -> None:

@@ -13,7 +13,7 @@ from nicegui import ui
 from pathgene.host.formats.registry import FORMATS
 from pathgene.host.mission.legs import shortcoming
 from pathgene.host.report.reading import warnings_in
-from pathgene.host.web.desk.job import FlightJob, Job, State
+from pathgene.host.web.desk.job import FlightJob, SavedJob, State
 from pathgene.host.web.figures import figures
 
 
@@ -214,16 +214,16 @@ class SavedPlans:
 
     def __init__(
         self,
-        follow: Callable[[Job], object],
-        stop: Callable[[Job], object],
+        follow: Callable[[SavedJob], object],
+        stop: Callable[[SavedJob], object],
         load: Callable[[str], object],
     ) -> None:
         self._follow, self._stop, self._load = follow, stop, load
-        self._jobs: list[Job] = []
+        self._jobs: list[SavedJob] = []
         self._names: list[str] = []
         self.entries()
 
-    def show(self, jobs: list[Job], names: list[str]) -> None:
+    def show(self, jobs: list[SavedJob], names: list[str]) -> None:
         """Show jobs and plans, if they have changed."""
         names = names[:_LISTED]
         if (jobs, names) != (self._jobs, self._names):

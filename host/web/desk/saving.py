@@ -10,7 +10,10 @@ from typing import Any
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import prepare_directory
 from pathgene.host.formats.registry import FORMATS, check_formats, files
-from pathgene.host.mission.export import exported
+from pathgene.host.mission.autopilot.hand_over import choices_of
+from pathgene.host.mission.drawn import mission_of_plan
+from pathgene.host.mission.ending import ending_of, with_end
+from pathgene.host.mission.export import exported_with_room
 from pathgene.host.mission.problem_file import problem_text
 from pathgene.host.planning import Plan
 from pathgene.host.report.run_files import FLIGHT, PICTURE, SUMMARY
@@ -51,21 +54,25 @@ def save(plan: Plan, values: Mapping[str, Any], folder: Path) -> list[str]:
     except InputError as error:
         notes.append(str(error))
         formats = _ANYWHERE
-    others = exported(
+    ending = ending_of(values, problem)
+    wanted = choices_of(values, problem)
+    others, missing = exported_with_room(
         problem,
         path,
         formats,
         notes.append,
         feasible=plan.evaluation.feasible,
-        page=lambda: page_of(plan.evaluator, path, plan.summary),
+        page=lambda: page_of(plan.evaluator, path, plan.summary, wanted),
+        wanted=wanted,
     )
+    notes += [] if missing is None else [missing]
     others[PROBLEM] = problem_text(values, folder, PROBLEM).encode()
     prepare_directory(folder)
     write_report(
         folder,
         plan.evaluator,
         plan.result,
-        plan.summary,
+        with_end(plan.summary, ending),
         notes.append,
         picture=False,
         others=others,
@@ -73,11 +80,16 @@ def save(plan: Plan, values: Mapping[str, Any], folder: Path) -> list[str]:
     return notes
 
 
-def draw_picture(plan: Plan, folder: Path) -> None:
+def draw_picture(plan: Plan, values: Mapping[str, Any], folder: Path) -> None:
     """Draw ``path.png`` next to the files of a saved plan; a failure affects nothing else."""
     write_picture(
         folder / PICTURE,
-        lambda: scene(plan.evaluator, plan.result, plan.summary),
+        lambda: scene(
+            plan.evaluator,
+            plan.result,
+            plan.summary,
+            mission_of_plan(plan, choices_of(values, plan.evaluator.problem)),
+        ),
         lambda sentence: None,
     )
 

@@ -8,7 +8,7 @@ import copy
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pathgene.host.errors import InputError
 from pathgene.host.mission.build import (
@@ -19,7 +19,7 @@ from pathgene.host.mission.build import (
     read_zones_of,
     search_of,
 )
-from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.mission import MissionProblem
 from pathgene.host.mission.problem_file import parse_problem, problem_text, read_problem
 from pathgene.host.options.table import OWN, RULES, options_of
 from pathgene.host.planners import DEFAULT, PLANNERS, asks_hardware
@@ -33,6 +33,9 @@ from pathgene.host.web.desk.boards import require_board
 from pathgene.host.web.desk.misread import Misread
 from pathgene.host.web.desk.terrains import Terrains
 
+
+if TYPE_CHECKING:
+    from pathgene.host.mission.foreign.judge import FlightProblem
 
 __all__ = ["Sheet", "zone_table"]
 
@@ -49,6 +52,9 @@ _OUTPUT = tuple(option.name for option in options_of("output"))
 # The values of the planner, which say how a problem is solved.
 _PLANNER = frozenset(option.name for option in options_of("planning", "search", "own"))
 
+
+# Options on the ends of a path, which a mission has itself.
+_OF_ENDS = ("start_heading", "goal_heading")
 
 # Options that belong to a terrain, not to the next one.
 _OF_TERRAIN = ("terrain", "fill_voids", "origin", *STATEMENTS, "via", "zones", "zones_read")
@@ -174,7 +180,7 @@ class Sheet:
         before = self.via[-1] if self.via else self.values.get("start") or (0, 0, _END_HEIGHT_M)
         self.via.append((round(x, _DECIMALS), round(y, _DECIMALS), before[2]))
 
-    def mission(self) -> Mission:
+    def mission(self) -> MissionProblem:
         """Return the mission that the values describe.
 
         Raises
@@ -188,6 +194,35 @@ class Sheet:
         self.require_board(self.values.get("board"))
         search_of(self._effective())
         return mission_of(self._effective(), self.terrain())
+
+    def flight_problem(self) -> FlightProblem:
+        """Return the conditions by which a mission of any ground station is judged.
+
+        Raises
+        ------
+        InputError
+            If a value is bad, ``as_paper`` is set, or a text is not a valid value.
+        """
+        from pathgene.host.mission.foreign.conditions import flight_problem_of
+
+        values = self.flight_values()
+        terrain = self.terrain()
+        return flight_problem_of(values, terrain, read_zones_of(values, terrain).zones)
+
+    def flight_values(self) -> dict[str, Any]:
+        """Return the values by which a mission is judged, in the form of :meth:`task`.
+
+        Raises
+        ------
+        InputError
+            As :meth:`flight_problem`, or if the terrain is not on the desk.
+        """
+        if (sentence := self.misread.sentence(self._without_field())) is not None:
+            raise InputError(sentence)
+        if self.values.get("as_paper"):
+            raise InputError("A mission is judged by the rules; switch off as paper.")
+        values = {**self._effective(), **self._terrains.task(str(self.values.get("terrain")))}
+        return {name: value for name, value in values.items() if name not in _OF_ENDS}
 
     def task(self) -> dict[str, Any]:
         """Return the values for a planner, which loads the terrain itself.

@@ -5,7 +5,7 @@ import { Profile } from "pathgene-views/profile.js";
 import { at, drawnPaths, metres, nearest, readPath, readScene } from "pathgene-views/scene.js";
 import { Curve, KEPT } from "pathgene-views/desk/curve.js";
 import { Flight } from "pathgene-views/desk/flight.js";
-import { FLYING, HINTS, Tools } from "pathgene-views/desk/tools.js";
+import { CHECKING, FLYING, HINTS, Tools } from "pathgene-views/desk/tools.js";
 
 // Distance in pixels from which the pointer on the map marks the track.
 const NEAR_PIXELS = 30;
@@ -26,6 +26,8 @@ const TOOLS = [
 ];
 
 export default {
+  props: { uploader: Number },
+
   template: `
     <div class="stage" :data-big="big">
       <section data-part="relief">
@@ -61,6 +63,7 @@ export default {
     tools: TOOLS,
     tool: "pan",
     flying: false,
+    checking: false,
     big: null,
     failure: "",
     readout: "",
@@ -69,17 +72,18 @@ export default {
 
   computed: {
     hint() {
-      return (this.flying && FLYING[this.tool]) || HINTS[this.tool];
+      return this.own()?.[this.tool] ?? HINTS[this.tool];
     },
     shown() {
-      return this.flying ? this.tools.filter(([name]) => name in FLYING) : this.tools;
+      const own = this.own();
+      return own ? this.tools.filter(([name]) => name in own) : this.tools;
     },
   },
 
   created() {
     // Not reactive: the views are large and change themselves.
     Object.assign(this, { map: null, view: null, profile: null, scene: null });
-    Object.assign(this, { flight: null, problem: null, opened: null });
+    Object.assign(this, { flight: null, mission: null, problem: null, opened: null });
     Object.assign(this, { rows: [], queue: [], trail: [], plan: null, kept: null, coming: null });
     this.frame = 0;
     [this.stepped_ms, this.waited_ms, this.shown_ms] = [0, 0, 0];
@@ -89,9 +93,13 @@ export default {
   mounted() {
     this.curve = new Curve(this.$refs.fitness);
     this.$nextTick(() => this.$emit("ready", { fragment: location.hash.slice(1) }));
+    addEventListener("dragover", allow);
+    addEventListener("drop", this.dropped);
   },
 
   unmounted() {
+    removeEventListener("dragover", allow);
+    removeEventListener("drop", this.dropped);
     cancelAnimationFrame(this.frame);
     for (const part of [this.map, this.view, this.profile, this.curve]) part?.dispose();
   },
@@ -113,7 +121,7 @@ export default {
       this.scene = readScene({ terrain, zones: [], points: [], paths: [], ceilings: [], ...problem });
       for (const part of [this.map, this.view, this.profile]) part?.dispose();
       delete this.$el.dataset.ready;
-      [this.view, this.plan, this.kept, this.coming] = [null, null, null, null];
+      [this.view, this.mission, this.plan, this.kept, this.coming] = [null, null, null, null, null];
       [this.rows, this.queue, this.trail] = [[], [], []];
       this.problem = problem;
       this.map = new TerrainMap(this.$refs.plan, this.scene);
@@ -121,7 +129,7 @@ export default {
       this.profile = new Profile(this.$refs.altitude, this.scene);
       this.profile.onMark = (row) => this.mark(row);
       this.map.onPoint = (place) => this.pointed(place);
-      this.take("pan");
+      this.setChecking(false);
       this.showPlan();
     },
 
@@ -143,7 +151,8 @@ export default {
       this.problem = problem;
       // A flight has its own.
       if (!this.map || this.flight) return;
-      const { points, zones, ceilings } = problem;
+      const { zones, ceilings } = problem;
+      const points = this.mission?.points ?? problem.points;
       Object.assign(this.scene, { points, zones, ceilings });
       for (const part of [this.map, this.view]) {
         part?.setPoints(points);
@@ -206,6 +215,38 @@ export default {
       this.showPlan();
     },
 
+    /** Show a mission with its faults instead of points and plans; null shows these again. */
+    async setMission(mission) {
+      await this.opened;
+      if (!this.map) return;
+      const before = this.mission;
+      const read = (path) => path && { path: readPath(path) };
+      this.mission = mission && { ...mission, plan: read(mission.path), kept: read(mission.kept) };
+      this.scene.faults = mission?.faults ?? [];
+      this.map.setFaults(this.scene.faults);
+      if (!before !== !mission) this.setChecking(mission !== null);
+      this.setProblem(this.problem);
+      this.showPlan();
+      if (mission?.path && mission.name !== before?.name) this.map.frame(this.mission.plan.path.track);
+      else if (!mission && before) this.map.fit();
+    },
+
+    setChecking(checking) {
+      this.checking = checking;
+      this.tool_.checking = checking;
+      this.take("pan");
+    },
+
+    /** Return the hints of the tools that a flight or a mission has; null for all tools. */
+    own() {
+      return this.flying ? FLYING : this.checking ? CHECKING : null;
+    },
+
+    /** Return the shown plan and kept plan: of the mission, if there is one. */
+    shownPlans() {
+      return this.mission ?? this;
+    },
+
     setFlying(flying) {
       this.flying = flying;
       this.tool_.flying = flying;
@@ -215,6 +256,13 @@ export default {
     /** Show the handles of a zone on the map, or none for null. */
     pick(number) {
       this.tool_?.pick(number);
+    },
+
+    /** Open a file that is dropped anywhere on the page. */
+    dropped(event) {
+      event.preventDefault();
+      const files = [...event.dataTransfer.files];
+      if (files.length) getElement(this.uploader).$refs.qRef.addFiles(files);
     },
 
     /** Put the problem into the address, so that it survives a reload. */
@@ -259,8 +307,9 @@ export default {
     /** Show the finished plan, and the kept one, in all views. */
     showPlan() {
       this.curve.show(this.rows, this.kept?.rows ?? null);
-      const track = (this.plan ?? this.kept)?.path.track ?? null;
-      this.profile?.setTrack(track);
+      const { plan, kept } = this.shownPlans();
+      const track = (plan ?? kept)?.path.track ?? null;
+      this.profile?.setTrack(track, this.mission?.kept?.path.track ?? null);
       if (!this.rows.length) this.counted = "";
       this.mark(null);
       this.drawPaths();
@@ -277,9 +326,10 @@ export default {
     drawPaths(in3d = true) {
       if (this.flight) return;
       const paths = [];
-      if (this.kept) paths.push(...drawnPaths({ paths: [this.kept.path] }).map(asKept));
-      if (this.plan) paths.push(...drawnPaths({ paths: [this.plan.path] }));
-      this.trail.forEach((points, i) => {
+      const { plan, kept } = this.shownPlans();
+      if (kept) paths.push(...drawnPaths({ paths: [{ ...kept.path, mission: null }] }).map(asKept));
+      if (plan) paths.push(...drawnPaths({ paths: [plan.path] }));
+      if (!this.mission) this.trail.forEach((points, i) => {
         const age = this.trail.length - 1 - i;
         paths.push({ points, colour: "path", opacity: age ? 0.55 * 0.72 ** age : 1 });
       });
@@ -297,8 +347,15 @@ export default {
         : "";
     },
 
+    /** Mark the place of the shown track at `s` metres flown. */
+    markAt(s) {
+      const track = this.shownPlans().plan?.path.track;
+      if (track) this.mark(at(track, s));
+    },
+
     pointed(place) {
-      const track = (this.plan ?? this.kept)?.path.track;
+      const { plan, kept } = this.shownPlans();
+      const track = (plan ?? kept)?.path.track;
       if (!place || !track || this.tool !== "pan" || this.flight) return;
       const { s, distance_m } = nearest(track, place.x, place.y);
       if (distance_m * this.map.scale() < NEAR_PIXELS) this.mark(at(track, s));
@@ -319,6 +376,10 @@ export default {
     },
   },
 };
+
+function allow(event) {
+  event.preventDefault();
+}
 
 function asKept(path) {
   return { ...path, colour: path.colour === "path" ? KEPT : path.colour, curtain: false, opacity: 0.85 };

@@ -25,7 +25,16 @@ class Stage(
 
     Events: ``ready`` with the ``fragment`` of the address; ``drawn`` with ``what`` and the values
     of ``tools.js``.
+
+    Parameters
+    ----------
+    uploader : Element
+        The upload that gets files which a user drops on the page.
     """
+
+    def __init__(self, uploader: Element) -> None:
+        super().__init__()
+        self._props["uploader"] = uploader.id
 
     def set_terrain(self, url: str, problem: Mapping[str, Any]) -> None:
         """Show another terrain: the result of ``terrain_scene`` at ``url``."""
@@ -62,6 +71,21 @@ class Stage(
     def land(self) -> None:
         """Stop showing the flight."""
         self.run_method("land")
+
+    def set_mission(self, mission: Mapping[str, Any] | None) -> None:
+        """Show a judged mission instead of the problem's points and plans; None shows these again.
+
+        Parameters
+        ----------
+        mission : mapping or None
+            ``name``; ``path`` and ``kept`` as in a scene, or None; ``points`` and ``faults`` as in
+            a scene.
+        """
+        self.run_method("setMission", mission)
+
+    def mark_at(self, at_m: float) -> None:
+        """Mark the place of the shown track at a number of metres flown."""
+        self.run_method("markAt", at_m)
 
     def pick(self, number: int | None) -> None:
         """Show the handles of a zone."""

@@ -23,6 +23,13 @@ export const FLYING = {
   polygon: "Click the corners; Enter or a double click closes the zone, and it appears.",
 };
 
+/** Hints for the tools while a mission is checked, whose points stay as they are. */
+export const CHECKING = {
+  pan: "Drag zones or the ground; click a zone to edit it.",
+  circle: HINTS.circle,
+  polygon: HINTS.polygon,
+};
+
 /** Tools on a map. */
 export class Tools {
   /**
@@ -37,6 +44,8 @@ export class Tools {
     this.tool = "pan";
     // In a flight, the existing points and zones stay as they are.
     this.flying = false;
+    // The points are a mission's.
+    this.checking = false;
     this.corners = [];
     this.pointer = null;
     this.drag = null;
@@ -186,7 +195,7 @@ export class Tools {
     };
     let via = 0;
     for (const point of this.map.points) {
-      if (point.kind === "return") continue;
+      if (this.checking || point.kind === "return") continue;
       const number = point.kind === "via" ? via++ : 0;
       if (near(point.x, point.y)) return { kind: "point", event: "place", point, number };
     }

@@ -1,4 +1,4 @@
-"""The process of a job: it plans a problem, reports progress and saves the plan, or flies one."""
+"""The process of a job: it plans a problem and saves the plan, flies one, or mends a mission."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pathgene.host.errors import PathgeneError
 from pathgene.host.planners.base import Stop
 from pathgene.host.web.desk.flight import FlyTask, fly
+from pathgene.host.web.desk.mending import MendTask, mend_mission
 from pathgene.host.web.desk.messages import STOP, Ending, Failed, Saved, Sender
 
 
@@ -93,6 +94,9 @@ def work(connection: Connection) -> None:
     try:
         if isinstance(task, FlyTask):
             fly(task, connection, sender)
+        elif isinstance(task, MendTask):
+            threading.Thread(target=_end_with, args=(connection,), daemon=True).start()
+            mend_mission(task, sender)
         else:
             _plan(task, connection, sender)
     except PathgeneError as error:
@@ -102,11 +106,20 @@ def work(connection: Connection) -> None:
     connection.close()
 
 
+def _end_with(connection: Connection) -> None:
+    """End this process as soon as the desk has ended: there is nothing to save."""
+    with contextlib.suppress(EOFError, OSError):
+        connection.recv()
+    os._exit(1)
+
+
 def _plan(task: PlanTask, connection: Connection, sender: Sender) -> None:
+    from pathgene.host.mission.autopilot.hand_over import choices_of
     from pathgene.host.mission.build import mission_of, search_of
+    from pathgene.host.mission.drawn import mission_of_plan
     from pathgene.host.mission.planning import plan_mission
     from pathgene.host.web.desk.saving import draw_picture, save
-    from pathgene.host.web.scene import path_scene
+    from pathgene.host.web.scene import mission_scene, path_scene
 
     stop, observer = Stop(), _Observer(sender)
     threading.Thread(target=_listen, args=(connection, stop, sender), daemon=True).start()
@@ -115,10 +128,12 @@ def _plan(task: PlanTask, connection: Connection, sender: Sender) -> None:
     observer.flush()
     least_m = plan.summary["minimum_clearance_m"]
     path = path_scene(plan.evaluator, plan.path, plan.planner, least_m=least_m)
+    wanted = choices_of(task.values, plan.evaluator.problem)
+    path["mission"] = mission_scene(mission_of_plan(plan, wanted))
     sender.send(Found(plan.summary, path))
     sender.send(Saved(save(plan, task.values, task.folder)))
     # Nobody is waiting for it.
-    draw_picture(plan, task.folder)
+    draw_picture(plan, task.values, task.folder)
 
 
 class _Observer:

@@ -6,7 +6,7 @@ import numpy as np
 
 import pathgene
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.mission import MissionProblem
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
@@ -55,7 +55,7 @@ def shut_in():
 KINDS = {
     "plain": problem,
     # There is room to turn back beyond the goal.
-    "mission": lambda: Mission(
+    "mission": lambda: MissionProblem(
         problem(terrain=hills(rows=71)), via=VIA, return_to_start=True, agl=True
     ),
     "not feasible": shut_in,
@@ -70,6 +70,13 @@ KINDS = {
 def planned(kind):
     """The plan of one of KINDS."""
     return pathgene.plan(KINDS[kind](), planner="astar", generations=2, fallback="none")
+
+
+@cache
+def with_mission():
+    """A plan on a map with a place on Earth and with room for a circle at the goal."""
+    roomy = problem(terrain=hills(rows=101, columns=106, crs="EPSG:32632"))
+    return pathgene.plan(roomy, planner="astar", generations=2, fallback="none")
 
 
 @cache

@@ -3,7 +3,7 @@
 import pytest
 
 from pathgene.host.evaluation import Evaluator
-from tests.support.host.missions import make_mission
+from tests.support.host.missions import SEEDS, make_mission
 from tests.support.host.short_flights import make_run
 
 
@@ -12,8 +12,8 @@ __all__ = ["make_run", "missions", "tracks"]
 
 @pytest.fixture(scope="session")
 def missions():
-    """Return a hundred random missions."""
-    return [make_mission(seed) for seed in range(100)]
+    """Return random missions."""
+    return [make_mission(seed) for seed in SEEDS]
 
 
 @pytest.fixture(scope="session")

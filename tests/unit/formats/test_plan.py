@@ -4,17 +4,18 @@ import copy
 import itertools
 import json
 import math
+from dataclasses import replace
 from importlib import metadata
 
 import numpy as np
 import pytest
 
 from pathgene.host.errors import InputError
-from pathgene.host.formats.flight_plan import CHANGE_SPEED, LOITER, WAYPOINT
+from pathgene.host.formats.flight_plan import CHANGE_SPEED, LOITER, RTL, WAYPOINT
 from pathgene.host.formats.plan import plan_document, read_plan
 from pathgene.host.problem.zones import Circle
 from tests.support.host.earth import agree, single
-from tests.support.host.missions import flight_of
+from tests.support.host.missions import SEEDS, flight
 from tests.unit.mission.autopilot.mavsdk_autopilot import importer
 
 
@@ -22,11 +23,11 @@ VERSION = metadata.version("pathgene")
 
 
 @pytest.fixture(scope="module")
-def plans(missions):
+def plans():
     verdicts = itertools.cycle((None, True, False))
     return [
-        flight_of(*mission, feasible=feasible)
-        for mission, feasible in zip(missions, verdicts, strict=False)
+        replace(flight(seed), feasible=feasible)
+        for seed, feasible in zip(SEEDS, verdicts, strict=False)
     ]
 
 
@@ -46,34 +47,33 @@ def test_every_number_is_where_the_format_has_it(missions, plans, documents):
         assert {item["type"] for item in items} == {"SimpleItem"}
         assert {item["frame"] for item in items} == {0}
         # QGroundControl's editor takes this for AMSL, in items and in items added to them.
-        flown = [item for item in items if item["command"] != CHANGE_SPEED]
+        flown = [item for item in items if item["command"] not in (CHANGE_SPEED, RTL)]
         assert {item["AltitudeMode"] for item in flown} == {2}
         assert mission["globalPlanAltitudeMode"] == 2
-        assert {item["command"] for item in flown[:-1]} == {WAYPOINT}
-        assert flown[-1]["command"] == LOITER
+        *waypoints, last = (item for item in items if item["command"] != CHANGE_SPEED)
+        assert {item["command"] for item in waypoints} == {WAYPOINT}
+        assert last["command"] == {"loiter": LOITER, "rtl": RTL}[plan.end.kind]
         assert {item["Altitude"] == item["params"][6] for item in flown} == {True}
         assert not any("Altitude" in item for item in items if item not in flown)
         for piece in fence["circles"] + fence["polygons"]:
             assert (piece["version"], piece["inclusion"]) == (1, False)
-        start, ground = problem.start, problem.terrain.ground(*problem.start[:2])
+        ground = problem.terrain.ground(*problem.start[:2])
         *home, home_alt = mission["plannedHomePosition"]
         assert home == items[0]["params"][4:6]
         assert home_alt == ground
-        ((*place, height),) = rally["points"]
-        assert place == home
-        assert home_alt + height == pytest.approx(start[2])  # Stations read it as above home.
+        assert rally["points"] == [list(point) for point in plan.rally]
 
         assert [item["params"] for item in items] == [
             [*item.params, item.lat, item.lon, item.alt_m] for item in plan.items
         ]
         # Start and goal are waypoints, with their exact altitudes.
-        lat, lon, alt = np.array([item["params"][4:] for item in flown[:-1]]).T
+        lat, lon, alt = np.array([item["params"][4:] for item in waypoints]).T
         for end in (problem.start, problem.goal):
             assert any(
                 height == end[2] and agree(problem.terrain, np.array([end]), *np.array([place]).T)
                 for *place, height in zip(lat, lon, alt, strict=True)
             )
-        # ArduPilot refuses a loiter with null, which MAVLink carries as NaN.
+        # ArduPilot refuses a loiter or a return with null, which MAVLink carries as NaN.
         assert None not in items[-1]["params"]
 
 
@@ -107,8 +107,8 @@ def test_mavsdk_imports_the_same_mission_and_fence(documents):
             for (lat, lon), item in zip(places, fence, strict=True):
                 assert item.x == pytest.approx(lat * 1e7, abs=0.51)
                 assert item.y == pytest.approx(lon * 1e7, abs=0.51)
-            (rally,) = imported.rally_items
-            assert rally.z == single(document["rallyPoints"]["points"][0][2])
+            heights = [point[2] for point in document["rallyPoints"]["points"]]
+            assert [item.z for item in imported.rally_items] == heights
 
 
 def test_circles_have_their_centres(missions, documents):
@@ -151,8 +151,9 @@ def altered(document, *where, to):
     ("where", "to", "sentence"),
     [
         (("version",), 2, "not a .plan file of QGroundControl, version 1."),
-        (("mission", "items", 0, "params"), [0, 1], "not a .plan file of QGroundControl, version"),
-        (("mission", "items", 0, "params", 4), None, "not a .plan file of QGroundControl, version"),
+        (("mission", "items", 0, "params"), [0, 1], "the params of item 1 are not seven finite"),
+        (("mission", "items", 1, "params", 4), None, "the params of item 2 are not seven finite"),
+        (("mission", "items", 0, "params", 6), math.nan, "the params of item 1 are not seven"),
         (
             ("mission", "items", 2, "frame"),
             3,

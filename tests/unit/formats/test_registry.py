@@ -53,8 +53,10 @@ def test_a_module_has_the_functions_of_its_row(row):
     functions = {"write"} if row.file else set()
     functions |= {"recognises", "features"} if row.zones else set()
     functions |= {"read_path"} if row.path_suffix else set()
+    functions |= {"holds_mission", "mission"} if row.missions else set()
     assert functions
-    found = {"write", "recognises", "features", "read_path"} & set(vars(row.module))
+    known = {"write", "recognises", "features", "read_path", "holds_mission", "mission"}
+    found = known & set(vars(row.module))
     assert found == functions
 
 

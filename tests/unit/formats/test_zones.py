@@ -14,7 +14,7 @@ from pathgene.host.problem.tiles import over_ground, wholes
 from pathgene.host.problem.zones import Circle, Polygon, read_zones
 from pathgene.host.report.track import track_of
 from pathgene.host.terrain import Terrain
-from tests.support.host.missions import flight_of, make_mission
+from tests.support.host.missions import SEEDS, flight, make_mission
 
 
 HEIGHTS = np.zeros((41, 41))
@@ -58,9 +58,9 @@ def test_reads_the_zones_of_our_kml(tmp_path):
 
 def test_reads_the_fences_of_our_plan(tmp_path):
     """The file has circles first, no names, and holes joined to their ring."""
-    for seed in range(20):
-        problem, path = make_mission(seed)
-        plan = flight_of(problem, path)
+    for seed in SEEDS:
+        problem, _ = make_mission(seed)
+        plan = flight(seed)
         if not plan.fence:
             continue
         found = read(tmp_path, plan_document(plan), problem.terrain, "path.plan")

@@ -26,7 +26,9 @@ def flown(away_m, **rules):
 )
 def test_the_ground_beside_a_track_is_unknown_beyond_the_edge(away_m, corridor_m, is_known):
     evaluator, path = flown(away_m, corridor_m=corridor_m)
-    below, highest, required = surface_and_demand(evaluator, evaluator.track(path).sample(10.0))
+    below, highest, required = surface_and_demand(
+        evaluator.problem, evaluator.track(path).sample(10.0)
+    )
     assert (below == 10).all()
     assert np.isfinite(highest).all() == np.isfinite(required).all() == is_known
     assert np.isnan(highest).all() == np.isnan(required).all() == (not is_known)

@@ -18,7 +18,7 @@ from matplotlib.transforms import Bbox
 
 from pathgene.host.diagnosis import diagnose
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.mission import MissionProblem
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.report import plan_view, style
@@ -389,7 +389,7 @@ def test_arrows_show_the_fixed_headings(make_run):
 def test_map_profile_and_legend_tell_start_via_points_and_goal_apart(return_to_start):
     terrain = Terrain("flat", np.full((40, 50), 100.0), 100.0, 100.0)
     start, via, goal = (500.0, 500.0, 200.0), (2500.0, 700.0, 250.0), (2800.0, 3000.0, 300.0)
-    mission = Mission(Problem(terrain, start, goal), [via], return_to_start)
+    mission = MissionProblem(Problem(terrain, start, goal), [via], return_to_start)
     path = np.array(mission.way)
     evaluator = Evaluator(mission.whole, threads=1)
     figure = draw(Scene(evaluator, path, evaluator.evaluate(path), [], "Title", "subtitle"))

@@ -6,12 +6,13 @@ import json
 import numpy as np
 import pytest
 
+from pathgene.host.mission.autopilot.flight_plan import flight_plan
 from pathgene.host.problem.zones import Circle, Zone
 from pathgene.host.terrain import Terrain
 from pathgene.host.terrain.surface import surface_below
 from pathgene.host.web import scene as scenes
 from pathgene.host.web.scene import plan_scene, problem_scene, terrain_scene, zones_scene
-from tests.support.host.web_plans import KINDS, evaluated, hills, planned
+from tests.support.host.web_plans import KINDS, evaluated, hills, planned, with_mission
 
 
 COLUMNS = ("s", "x", "y", "z", "ground", "clearance", "demanded")
@@ -182,3 +183,23 @@ def test_a_straight_path_over_large_land_keeps_its_samples():
     scene = plan_scene(evaluator, path, {})
     assert scene["verdict"] == {"feasible": None, "sentence": ""}
     assert scene["paths"][0]["track"]["samples"] <= 1520
+
+
+def test_a_mission_is_in_the_scene_of_a_map_with_a_place_alone():
+    plan = with_mission()
+    mission = plan_scene(plan.evaluator, plan.path, plan.summary)["paths"][0]["mission"]
+    exported = flight_plan(plan.evaluator.problem, plan.evaluator.track(plan.path))
+    circle = exported.end.circle
+    assert mission["circles"] == [
+        {
+            "x": circle.x_m,
+            "y": circle.y_m,
+            "z": circle.z_m,
+            "radius_m": circle.radius_m,
+            "disc_m": circle.disc_m,
+        }
+    ]
+    assert len(mission["rally"]) == len(exported.rally)
+    assert mission["items"][0] == pytest.approx(plan.path[0], abs=0.1)
+    for kind in ("plain", "not feasible"):
+        assert scene_of(kind)[1]["paths"][0]["mission"] is None

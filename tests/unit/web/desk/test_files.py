@@ -27,7 +27,8 @@ def sheet(tmp_path):
 
 
 def give(sheet, name, content):
-    return open_upload(sheet, sheet._terrains, name, content)
+    said, _ = open_upload(sheet, sheet._terrains, name, content)
+    return said
 
 
 def test_zones_come_besides_those_that_are_there(sheet):
@@ -124,7 +125,7 @@ def test_a_terrain_keeps_planner_and_rules(sheet):
         ("a.toml", b"x = 1", "a.toml: unknown UAV parameter 'x'; "),
         ("a.toml", b"#" * 16_000_001, "a.toml: has more than 16 MB, too much for a problem."),
         ("a.geojson", b"{}", "No-fly file 'a.geojson': "),
-        ("a.kml", b"<kml", "No-fly file 'a.kml': "),
+        ("a.kml", b"<kml", "a.kml cannot be opened as a mission: this is not the content of a "),
         ("a.png", b"PNG", "a.png: "),
     ],
 )

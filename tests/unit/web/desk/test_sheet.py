@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pathgene.host.errors import InputError
-from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.mission import MissionProblem
 from pathgene.host.mission.problem_file import read_problem, save_problem
 from pathgene.host.options.table import NAMED
 from pathgene.host.problem.aircraft import load as load_aircraft
@@ -63,7 +63,7 @@ def same(one, other):
 
 def test_a_new_sheet_is_a_problem_that_plans(sheet):
     mission = sheet.mission()
-    assert isinstance(mission, Mission)
+    assert isinstance(mission, MissionProblem)
     assert mission.problem.terrain.name == "jacksboro"
     assert sheet.values["agl"] is True
     assert sheet.planner == "ga-chip"

@@ -24,10 +24,11 @@ NAMES = {
     "simulation": "cycles per second of the simulated board, generations of the software model",
     "evaluation": "evaluations per second of one core, time that the rules take",
     "quality": "every planner over nine terrains, from both starts, many seeds",
-    "flight": "planned paths flown in JSBSim, by both sets of rules; hours, so only if named",
+    "flight": "planned paths flown in JSBSim, by rules and guidance; hours, so only if named",
     "safety": "cost of clearances for every planner, by the rules; long, so only if named",
     "chip": "the planner core: F by chip time, compared with planners, and clearances",
     "held-out": "the planner core compared with astar on ground that nothing is tuned for",
+    "complete": "planted problems, solvable by construction: how many are solved; only if named",
     "chip-ablation": "choices of the planner core, one changed at a time",
     "chip-replans": "replans on the chip compared with astar: a disc appears ahead in flight",
     "replan": "1,000 flights in which zones appear; hours, so only if named",
@@ -40,6 +41,8 @@ NAMES = {
     "peers": "optimizers and planners of other projects, compared with fpa-2opt",
     "autopilot": "the simulated autopilot beside real flights; needs --flights, so only if named",
     "exports": "planned missions uploaded to the simulated autopilot and flown; only if named",
+    "uploads": "5,000 uploads with faults to the simulated autopilots; only if named",
+    "missions": "checks of missions of other programs: processor seconds by items",
     "fpga": "area and routed clock on real devices; hours, so only if named",
 }
 
@@ -55,8 +58,11 @@ def main() -> int:
         "--only",
         metavar="TEXT",
         default="",
-        help="of chip, chip-ablation, chip-replans, fpga, flight, quality, roberge-speed and "
-        "safety, the rows, or of chip the tables, with this in their names",
+        help="of chip, chip-ablation, complete, chip-replans, fpga, flight, quality, "
+        "roberge-speed and safety, the rows, or of chip the tables, with this in their names",
+    )
+    parser.add_argument(
+        "--claimed", action="store_true", help="of complete: the seeds that are kept for claims"
     )
     parser.add_argument(
         "--keep", action="store_true", help="keep the results, and write them into the pages"
@@ -73,7 +79,7 @@ def main() -> int:
     if arguments.seeds is not None and arguments.seeds < 1:
         print(f"bench: --seeds must be 1 or more, not {arguments.seeds}", file=sys.stderr)
         return 2
-    options = Options(only=arguments.only, flights=arguments.flights)
+    options = Options(only=arguments.only, claimed=arguments.claimed, flights=arguments.flights)
     if arguments.seeds is not None:
         options = replace(options, seeds=arguments.seeds, trials=arguments.seeds)
     arguments.out.mkdir(parents=True, exist_ok=True)
@@ -81,7 +87,17 @@ def main() -> int:
     for name in arguments.names or [
         name
         for name in NAMES
-        if name not in ("autopilot", "exports", "fpga", "flight", "replan", "safety")
+        if name
+        not in (
+            "autopilot",
+            "complete",
+            "exports",
+            "fpga",
+            "flight",
+            "replan",
+            "safety",
+            "uploads",
+        )
     ]:
         try:
             report = importlib.import_module(f"bench.{name.replace('-', '_')}").run(options)

@@ -9,52 +9,65 @@ and no more than 25 m beside the legs.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.autopilot import Flown, from_legs
-from bench.flight import AIRCRAFT, WEATHERS, WIND_M_S, Row
+from bench import landings
+from bench.autopilot import from_legs
+from bench.campaign import measure
+from bench.export_missions import AIRCRAFT, GENERATED, Mission, missions
+from bench.flight_rows import WEATHERS, WIND_M_S
+from bench.following import follow
 from bench.report import Options as BenchOptions
 from bench.report import Report
-from bench.scenarios import missing, names
-from pathgene.host.errors import InputError, JobError
+from bench.scenarios import missing
+from bench.store import Result, Store
+from pathgene.host.errors import JobError
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.flight.flight import limits_of
-from pathgene.host.flight.ground import demanded_m, known_surface_m
+from pathgene.host.flight.ground import demanded_m, is_off_map, known_surface_m
 from pathgene.host.flight.judge import SHARE
-from pathgene.host.formats.flight_plan import WAYPOINT
-from pathgene.host.formats.places import degrees
 from pathgene.host.mission.autopilot.flight_plan import flight_plan
-from pathgene.host.mission.autopilot.mavlink_link import Link
-from pathgene.host.mission.autopilot.upload import upload
-from pathgene.host.planners import make
-from pathgene.host.planners.base import Options
-from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.planners import PLANNERS
 from pathgene.host.problem.problem import Problem
-from pathgene.host.terrain import Terrain
-from pathgene.host.terrain.surface import surface_below
-from pathgene.sim.autopilot.airframe import Airframe
-from pathgene.sim.autopilot.autopilot import Autopilot, Start
-from pathgene.sim.autopilot.connection import Connection
+from pathgene.sim.autopilot.autopilot import Autopilot
+from pathgene.sim.autopilot.flown import Flown
 from pathgene.sim.autopilot.items import MISSION, Item
-from pathgene.sim.autopilot.parameters import ARDUPLANE, Parameters
-from pathgene.sim.autopilot.pilot import Kind, Mode
-from pathgene.sim.autopilot.wind import Wind
+from pathgene.sim.autopilot_flight import GUSTS_M_S, fly_items, give_mission, launched
 
 
 __all__ = ["Outcome", "fly_export", "run", "with_places"]
 
+#: Where the results of missions are kept, so that an interrupted campaign continues.
+STORE = Path(__file__).resolve().parents[1] / "build" / "bench" / "export_missions.json"
+_SOURCES = (
+    "bench/export_missions.py",
+    "bench/exports.py",
+    "bench/following.py",
+    "bench/landings.py",
+    "hdl/config.py",
+    "host/device",
+    "host/evaluation",
+    "host/mission/autopilot",
+    "host/planners",
+    "host/problem",
+    "host/terrain",
+    "sim/autopilot",
+    "sim/autopilot_flight.py",
+    "sim/model",
+)
 #: Maximum distance beside the legs.
 BESIDE_M = 25.0
-# Seconds of the final circle that are flown.
-_CIRCLE_S = 120.0
+_COLUMNS = (
+    *("missions", "at once", "higher start", "higher goal", "other goal", "refused", "kept"),
+    *("least share", "at the end", "beside the legs, m"),
+)
 # A turn by this angle within this time, before the end, is a full circle.
 _FULL_RAD, _FULL_S = math.radians(330), 40.0
-_GUSTS_M_S = 1.0
 
 Floats = NDArray[np.float64]
 
@@ -66,7 +79,7 @@ class Outcome:
     Parameters
     ----------
     refusal : str
-        The sentence of a refused upload, or empty.
+        The sentence of a refused export or upload, or empty.
     arrived : bool
         The last item was reached.
     share, end_share : float
@@ -95,59 +108,6 @@ class Outcome:
         return self.arrived and is_high and is_straight and not self.zones
 
 
-def airframe_of(aircraft: Aircraft) -> Airframe:
-    """Return the simulated airframe of a planner's aircraft."""
-    return Airframe.of(
-        weight_n=aircraft.weight_N,
-        wing_area_m2=aircraft.wing_area_m2,
-        span_m=aircraft.wing_span_m,
-        drag_zero=aircraft.zero_lift_drag_coefficient,
-        lift_max=aircraft.lift_coefficient_max or 1.4,
-        power_w=aircraft.engine_power_W or 30 * aircraft.weight_N,
-        cruise_m_s=aircraft.cruise_speed_m_s,
-    )
-
-
-def parameters_of(aircraft: Aircraft) -> Parameters:
-    """Return ArduPlane's defaults with the speeds of an aircraft, and its rates up and down.
-
-    The rates are a margin above the aircraft's limits, as :func:`limits_of` returns them.
-    """
-    most = limits_of(aircraft)
-    lift = aircraft.lift_coefficient_max or 1.4
-    stall = math.sqrt(2 * aircraft.weight_N / (1.225 * aircraft.wing_area_m2 * lift))
-    speed = aircraft.cruise_speed_m_s
-    return Parameters(
-        ARDUPLANE,
-        {
-            "AIRSPEED_CRUISE": speed,
-            "AIRSPEED_MIN": min(1.2 * stall, 0.9 * speed),
-            "AIRSPEED_MAX": 1.4 * speed,
-            "TECS_CLMB_MAX": most.climb_m_s,
-            "TECS_SINK_MAX": most.descent_m_s,
-            "THR_MAX": 100.0,
-        },
-    )
-
-
-def _wind(terrain: Terrain, wind: tuple[float, float], at: Sequence[float], seed: int) -> Wind:
-    """Return the wind of a problem, turned from the terrain's axes to east and north."""
-    if not any(wind):
-        return Wind()
-    x, y = at[0], at[1]
-    lat, lon = np.array(degrees(terrain, np.array([x, x]), np.array([y, y + 1000.0]))).T
-    north = lat[1] - lat[0]
-    east = (lon[1] - lon[0]) * math.cos(math.radians(lat[0]))
-    turn = math.atan2(east, north)
-    sine, cosine = math.sin(turn), math.cos(turn)
-    return Wind(
-        wind[0] * cosine + wind[1] * sine,
-        wind[1] * cosine - wind[0] * sine,
-        gusts_m_s=_GUSTS_M_S,
-        seed=seed,
-    )
-
-
 def fly_export(problem: Problem, path: Floats, seed: int = 0) -> Outcome:
     """Export a path, upload it and fly it.
 
@@ -156,57 +116,20 @@ def fly_export(problem: Problem, path: Floats, seed: int = 0) -> Outcome:
     seed : int
         Seed of the turbulence.
     """
-    terrain = problem.terrain
-    track = Evaluator(problem, threads=1).track(path)
-    plan = flight_plan(problem, track, feasible=True)
-    first, second, *_ = (item for item in plan.items if item.command == WAYPOINT)
-    start = Start(plan.home, height_m=first.alt_m - plan.home[2], armed=False)
-
-    def ground(lat: float, lon: float) -> float:
-        x, y = terrain.to_local(np.array([lat]), np.array([lon]))
-        return float(surface_below(terrain, x, y, void_m=math.nan)[0])
-
-    east = (second.lon - first.lon) * math.cos(math.radians(first.lat))
-    heading = math.degrees(math.atan2(east, second.lat - first.lat))
-    autopilot = Autopilot(
-        Kind.ARDUPLANE,
-        Start(start.home, (0.0, 0.0), start.height_m, heading, armed=False),
-        parameters=parameters_of(problem.aircraft),
-        airframe=airframe_of(problem.aircraft),
-        wind=_wind(terrain, problem.wind, problem.start, seed),
-        ground=ground,
-    )
-    connection = Connection(autopilot)
-    link = Link(connection, clock=connection.clock)
-    link.find(5.0)
     try:
-        upload(plan, link)
+        return _flown(problem, path, seed)
     except JobError as error:
         return Outcome(refusal=str(error))
-    flown, arrived = _flown(autopilot)
+
+
+def _flown(problem: Problem, path: Floats, seed: int) -> Outcome:
+    """Return the outcome of a mission; raise the error of a refused export or upload."""
+    track = Evaluator(problem, threads=1).track(path)
+    plan = flight_plan(problem, track, feasible=True)
+    autopilot = launched(problem, plan, seed)
+    give_mission(autopilot, plan)
+    flown, arrived = fly_items(autopilot)
     return _judged(problem, autopilot, flown, arrived)
-
-
-def _flown(autopilot: Autopilot) -> tuple[Flown, bool]:
-    """Fly the mission that the autopilot holds, and a while of its end."""
-    pilot = autopilot.pilot
-    vehicle = pilot.vehicle
-    pilot.fly_mission()
-    last = len(autopilot.lists.items[MISSION]) - 1
-    rows = []
-    end_s = math.inf
-    most_s = 5000.0
-    while pilot.time_s < min(end_s, most_s):
-        pilot.tick()
-        is_last = pilot.mode is not Mode.AUTO or pilot.sequencer.index == last
-        if is_last and end_s == math.inf:
-            end_s = pilot.time_s + _CIRCLE_S
-        number = last if is_last else pilot.sequencer.index
-        bank = math.degrees(vehicle.roll_rad)
-        rows.append((pilot.time_s, *vehicle.place, vehicle.altitude_m, bank, number))
-    table = np.array(rows)
-    index = table[:, 5].astype(np.int64)
-    return Flown(table[:, 0], table[:, 1:3], table[:, 3], table[:, 4], index), end_s < math.inf
 
 
 def _judged(problem: Problem, autopilot: Autopilot, flown: Flown, arrived: bool) -> Outcome:
@@ -218,6 +141,8 @@ def _judged(problem: Problem, autopilot: Autopilot, flown: Flown, arrived: bool)
     demanded = demanded_m(problem, x, y)
     with np.errstate(divide="ignore", invalid="ignore"):
         shares = np.where(demanded > 0, clearance / demanded, np.where(clearance > 0, 9.0, -1.0))
+    # Beyond the edge of the map, the ground is unknown.
+    shares[is_off_map(terrain, x, y)] = -1.0
     flown, items = with_places(flown, autopilot.lists.items[MISSION])
     waypoints = np.array([(*plane.local(item.lat, item.lon), item.z) for item in items])
     last = len(items) - 1
@@ -265,54 +190,131 @@ def _circles(heading_rad: Floats) -> int:
 
 
 def run(options: BenchOptions) -> Report:
-    """Plan with `astar` on every map with a place, upload and fly."""
-    report = Report(
-        "Planned missions, uploaded to the simulated ArduPlane and flown by it",
-        [
-            *("map, aircraft, weather", "accepted", "kept", "least share", "at the end"),
-            *("beside the legs, m", "full circles", "zones entered"),
-        ],
+    """Plan, upload and fly all missions without stored results; return the tables of all."""
+    STORE.parent.mkdir(parents=True, exist_ok=True)
+    store = Store(STORE, *_SOURCES)
+    wanted = [each for each in missions() if options.only in f"{each.name} {each.planner}"]
+    measure(
+        "exports",
+        [(each,) for each in wanted if store.get(each.name, each.planner) is None],
+        _measure,
+        name=lambda task: f"{task[0].name} {task[0].planner}",
+        keep=lambda task, result: store.keep(task[0].name, task[0].planner, result),
     )
-    total = kept = 0
-    for name in names():
-        for aircraft in AIRCRAFT:
-            for weather in WEATHERS:
-                row = Row(name, aircraft, weather, False)
-                if options.only not in row.name:
-                    continue
-                outcome = _measure(row)
-                if outcome is None:
-                    continue
-                total += 1
-                kept += outcome.kept
-                report.rows.append(_cells(row, outcome))
-    report.notes += [
-        f"{kept} of {total} missions kept. The aircraft flies with the defaults of ArduPlane 4.6, "
-        "its own speeds and its rates of climb and descent plus 5 %; the planner `astar` by the "
-        f"rules; wind of {WIND_M_S:.0f} m/s with gusts of {_GUSTS_M_S:.0f} m/s.",
-        *missing(),
-    ]
+    report = _report([(each, store.get(each.name, each.planner) or {}) for each in wanted])
+    report.further = [*report.further, landings.table(store, options.only)]
     return report
 
 
-def _measure(row: Row) -> Outcome | None:
-    """Return the outcome of a row, or None if it has no path."""
-    try:
-        task = row.problem()
-        found = make("astar").plan(Evaluator(task, threads=1), Options(seed=0, generations=1))
-    except InputError:
-        return None
-    return fly_export(task, found.path) if found.evaluation.feasible else None
+def _measure(mission: Mission) -> Result:
+    """Return the outcome of a mission; without one, its path was not found."""
+
+    def plan(task: Problem) -> tuple[bool, Floats]:
+        found = mission.plan(task)
+        return found.evaluation.feasible, found.path
+
+    done = follow(mission.problem, plan, lambda task, path: _flown(task, path, mission.seed))
+    if done.result is None and not done.refusal:
+        return {"found": False, **({"note": done.note} if done.note else {})}
+    outcome = done.result or Outcome(refusal=done.refusal)
+    return {"found": True, "followed": done.followed, **_figures(outcome)}
 
 
-def _cells(row: Row, outcome: Outcome) -> list[Any]:
-    return [
-        row.name.removesuffix(" safe"),
-        outcome.refusal or "yes",
-        "yes" if outcome.kept else "no",
-        round(outcome.share, 2),
-        round(outcome.end_share, 2),
-        round(outcome.beside_m, 1),
-        outcome.circles,
-        outcome.zones,
+def _figures(outcome: Outcome) -> Result:
+    """Return an outcome as it is stored."""
+    return {
+        "kept": outcome.kept,
+        **{
+            name: round(value, 3) if isinstance(value, float) else value
+            for name, value in asdict(outcome).items()
+            if not (isinstance(value, float) and math.isnan(value))
+        },
+    }
+
+
+def _report(results: list[tuple[Mission, Result]]) -> Report:
+    """Return a table by aircraft and weather, one by planner, and the missions not kept."""
+    measured = [(mission, result) for mission, result in results if result]
+    flown = [(mission, result) for mission, result in measured if result["found"]]
+    report = Report(
+        "Exported missions by aircraft and weather",
+        ["aircraft, weather", *_COLUMNS],
+        [
+            (f"{aircraft}, {weather}", *_cells(part))
+            for aircraft in AIRCRAFT
+            for weather in WEATHERS
+            if (part := [r for m, r in flown if (m.aircraft, m.weather) == (aircraft, weather)])
+        ],
+    )
+    by_planner = Report(
+        "Exported missions by planner",
+        ["planner", *_COLUMNS],
+        [
+            (planner, *_cells(part))
+            for planner in PLANNERS
+            if (part := [r for m, r in flown if m.planner == planner])
+        ],
+    )
+    by_ground = Report(
+        "Exported missions by ground",
+        ["ground", *_COLUMNS],
+        [
+            (name, *_cells(part))
+            for name, is_generated in (("the nine maps", False), ("generated hills", True))
+            if (part := [r for m, r in flown if (m.terrain in GENERATED) == is_generated])
+        ],
+    )
+    lost = Report(
+        "Missions that are not kept",
+        ["mission", "reason"],
+        [(f"{m.name} {m.planner}", _reason(r)) for m, r in flown if not r["kept"]],
+    )
+    kept = sum(result["kept"] for _, result in flown)
+    report.notes = [
+        f"{kept} of {len(flown)} missions kept; {len(measured) - len(flown)} further ones have no "
+        "path. The aircraft flies with the defaults of ArduPlane 4.6, its own speeds and its "
+        "rates of climb and descent plus 5 %, in calm air or in wind of "
+        f"{WIND_M_S:.0f} m/s with gusts of {GUSTS_M_S:.0f} m/s.",
+        *missing(),
     ]
+    if len(measured) < len(results):
+        report.notes.append(f"Missions not measured yet: {len(results) - len(measured)}.")
+    report.further = [by_planner, by_ground, *([lost] if lost.rows else [])]
+    return report
+
+
+def _cells(part: list[Result]) -> list[Any]:
+    """Return the numbers of some missions, and the worst figures of their flights."""
+    flown = [result for result in part if not result["refusal"]]
+
+    def worst(key: str, choose: Callable[[list[float]], float], digits: int) -> object:
+        values = [result[key] for result in flown if key in result]
+        return round(choose(values), digits) if values else "-"
+
+    return [
+        len(part),
+        sum(not result["followed"] for result in flown),
+        sum(any(text.startswith("start") for text in result["followed"]) for result in flown),
+        sum("goal higher" in result["followed"] for result in flown),
+        sum("goal elsewhere" in result["followed"] for result in flown),
+        len(part) - len(flown),
+        sum(result["kept"] for result in part),
+        worst("share", min, 2),
+        worst("end_share", min, 2),
+        worst("beside_m", max, 1),
+    ]
+
+
+def _reason(result: Result) -> str:
+    """Return why a mission is not kept."""
+    if result["refusal"]:
+        return "refused: " + str(result["refusal"]).partition("; ")[0].rstrip(".")
+    reasons = {
+        "does not arrive": not result["arrived"],
+        f"keeps {result['share']:.2f} on the way": result["share"] < SHARE,
+        f"keeps {result['end_share']:.2f} at the end": result["end_share"] < SHARE,
+        f"{result['beside_m']:.0f} m beside its legs": result["beside_m"] > BESIDE_M,
+        f"{result['circles']} full circles": bool(result["circles"]),
+        f"enters {result['zones']} zones": bool(result["zones"]),
+    }
+    return ", ".join(text for text, holds in reasons.items() if holds)

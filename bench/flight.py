@@ -12,23 +12,22 @@ import math
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from statistics import mean
 from typing import Any
 
-from bench import pages
+from bench import guided_flights, pages
 from bench.campaign import measure
+from bench.flight_rows import AIRCRAFT, WEATHERS, Row, gusts_of
 from bench.report import Options as BenchOptions
 from bench.report import Report
-from bench.scenarios import SYNTHETIC, missing, names, problem
+from bench.scenarios import SYNTHETIC, missing, names
 from bench.store import Store
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.flight.fly import fly
 from pathgene.host.planners import PLANNERS, make
 from pathgene.host.planners.base import Options
-from pathgene.host.problem import aircraft
 from pathgene.host.problem.problem import Problem
 
 
@@ -46,9 +45,6 @@ PLANNED: dict[str, tuple[str, dict[str, Any]]] = {
 }
 #: Planners that draw nothing: their paths are the same with every seed.
 _DRAWLESS = ("astar",)
-AIRCRAFT = ("silver-fox", "c172p")
-WEATHERS = ("calm", "along", "across")
-WIND_M_S = 8.0
 
 # All sources of the flight except its picture and report.
 _FLIGHT = (
@@ -103,50 +99,6 @@ _MOST_BREAKS = 3
 Outcome = dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Row:
-    """A row of the table."""
-
-    terrain: str
-    #: The aircraft that is planned for and flown.
-    aircraft: str
-    #: The weather that is planned for and flown: calm air, or 8 m/s along the line from start to
-    #: goal or across it, with light turbulence.
-    weather: str
-    #: Planned by the evaluation of the papers.
-    as_paper: bool
-
-    @property
-    def name(self) -> str:
-        """Name in the table, which ``--only`` is compared with."""
-        mode = "paper mode" if self.as_paper else "safe"
-        return f"{self.terrain} {self.aircraft} {self.weather} {mode}"
-
-    def problem(self) -> Problem:
-        """Return the problem to plan.
-
-        Raises
-        ------
-        InputError
-            If start or goal are impossible for this aircraft.
-        """
-        scenario = problem(self.terrain)
-        (x0, y0, _), (x1, y1, _) = scenario.start, scenario.goal
-        way = math.hypot(x1 - x0, y1 - y0)
-        east, north = WIND_M_S * (x1 - x0) / way, WIND_M_S * (y1 - y0) / way
-        winds = {"calm": (0.0, 0.0), "along": (east, north), "across": (-north, east)}
-        return Problem(
-            scenario.terrain,
-            scenario.start,
-            scenario.goal,
-            aircraft.load(self.aircraft),
-            scenario.zones,
-            winds[self.weather],
-            scenario.ds_m,
-            as_paper=self.as_paper,
-        )
-
-
 def rows(only: str = "") -> list[Row]:
     """Return the rows with ``only`` in their names, of all available maps."""
     every = [
@@ -162,19 +114,30 @@ def rows(only: str = "") -> list[Row]:
 def run(options: BenchOptions) -> Report:
     """Plan and fly all rows without stored results; write the tables of all rows to the page.
 
+    If only rows by guidance are wanted, the tables of the other rows stay.
+
     Raises
     ------
     InputError
         If no row has the name of ``--only``.
     """
-    wanted = rows(options.only)
-    if not wanted:
+    wanted, guided = rows(options.only), guided_flights.rows(options.only)
+    if not wanted and not guided:
         raise InputError(
             f"No row has {options.only!r} in its name; one is 'canyon silver-fox calm safe'."
         )
+    by_guidance = Store(STORE, *guided_flights.SOURCES)
+    guided_flights.measure_missing(by_guidance, guided)
+    table = guided_flights.report(by_guidance, guided_flights.rows())
+    if not wanted:
+        pages.keep_table("flight", table)
+        return guided_flights.report(by_guidance, guided)
     kept = Store(STORE, *_SOURCES)
     _measure_missing(kept, wanted, min(options.seeds, MOST_SEEDS))
-    pages.keep("flight", _report(kept, rows()))
+    every = _report(kept, rows())
+    every.further = [*every.further, table]
+    every.data |= table.data
+    pages.keep("flight", every)
     return _report(kept, wanted)
 
 
@@ -319,9 +282,8 @@ def _plan_and_fly(
         return outcome
     if outcome["path"] in flown:
         return flown[outcome["path"]]
-    gusts = "none" if row.weather == "calm" else "light"
     try:
-        flight = fly(task, result.path, gusts=gusts, seed=seed)
+        flight = fly(task, result.path, gusts=gusts_of(row.weather), seed=seed)
     except JobError as error:
         outcome |= {"kept": False, "excess": 0.0, "breaks": [str(error)]}
     else:

@@ -44,6 +44,18 @@ def keep(name: str, report: Report) -> Path:
     return path
 
 
+def keep_table(name: str, report: Report) -> Path:
+    """Keep a table of a benchmark and no other table of it; write the pages."""
+    path = FIGURES / f"{name}.json"
+    content = json.loads(path.read_text("utf-8"))
+    table = report.table()
+    others = [each for each in content.get("further", ()) if each["title"] != report.title]
+    content |= {**report.data, "further": [*others, table]}
+    path.write_text(json.dumps(content, indent=1, default=float) + "\n")
+    write()
+    return path
+
+
 def write() -> list[Path]:
     """Write the tables of all pages; return the pages that changed."""
     changed = []

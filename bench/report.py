@@ -26,9 +26,11 @@ class Options:
     seeds: int = 40
     #: Number of seeds in benchmarks that repeat a table of 50 trials.
     trials: int = 50
-    #: Part of the names of the rows to measure, for ``fpga``, ``flight``, ``quality`` and
-    #: ``safety``.
+    #: Part of the names of the rows to measure, for ``complete``, ``fpga``, ``flight``, ``quality``
+    #: and ``safety``.
     only: str = ""
+    #: Use the seeds that are kept for claims, for ``complete``.
+    claimed: bool = False
     #: Folder of real flights, for ``autopilot``.
     flights: Path | None = None
 
@@ -62,6 +64,13 @@ class Report:
 
     def write(self, path: Path) -> Path:
         """Write the report as JSON, with its day, machine and digest of the sources."""
+        further = [report._content() for report in self.further]
+        content = self.table() | ({"further": further} if further else {})
+        path.write_text(json.dumps(content | self.data, indent=1, default=float) + "\n")
+        return path
+
+    def table(self) -> dict[str, Any]:
+        """Return the first table with its day, machine and digest of the sources."""
         machine = {
             "processor": _processor(),
             "cores": os.cpu_count(),
@@ -70,10 +79,7 @@ class Report:
         }
         sources = digest("bench", "hdl", "host", "sim")
         measured = {"date": datetime.now(UTC).date().isoformat(), "sources": sources, **machine}
-        first, *further = (report._content() for report in (self, *self.further))
-        content = {**first, "measured": measured, **({"further": further} if further else {})}
-        path.write_text(json.dumps(content | self.data, indent=1, default=float) + "\n")
-        return path
+        return {**self._content(), "measured": measured}
 
     def _content(self) -> dict[str, Any]:
         rows = [dict(zip(self.columns, row, strict=True)) for row in self.rows]

@@ -31,8 +31,9 @@ if TYPE_CHECKING:
     from pathgene.host.evaluation import Evaluation
     from pathgene.host.flight.fly import fly
     from pathgene.host.flight.report import FlightReport
-    from pathgene.host.mission.build import load_mission
-    from pathgene.host.mission.mission import Mission
+    from pathgene.host.mission.build import load_problem
+    from pathgene.host.mission.foreign.loaded import Mission
+    from pathgene.host.mission.mission import MissionProblem
     from pathgene.host.mission.plan import plan, plan_together
     from pathgene.host.planning import Plan
     from pathgene.host.problem.aircraft import Aircraft
@@ -50,6 +51,7 @@ __all__ = [
     "JobError",
     "LinkMode",
     "Mission",
+    "MissionProblem",
     "PathResult",
     "PathgeneError",
     "Plan",
@@ -60,7 +62,7 @@ __all__ = [
     "Zone",
     "check",
     "fly",
-    "load_mission",
+    "load_problem",
     "open_board",
     "plan",
     "plan_together",
@@ -80,7 +82,8 @@ _HOMES = {
     "LinkMode": "pathgene.host.device.chip",
     "PathResult": "pathgene.host.device.chip",
     "PathgeneError": "pathgene.host.errors",
-    "Mission": "pathgene.host.mission.mission",
+    "Mission": "pathgene.host.mission.foreign.loaded",
+    "MissionProblem": "pathgene.host.mission.mission",
     "Plan": "pathgene.host.planning",
     "Problem": "pathgene.host.problem.problem",
     "Rules": "pathgene.host.problem.rules",
@@ -89,7 +92,7 @@ _HOMES = {
     "Zone": "pathgene.host.problem.zones",
     "check": "pathgene.host.api",
     "fly": "pathgene.host.flight.fly",
-    "load_mission": "pathgene.host.mission.build",
+    "load_problem": "pathgene.host.mission.build",
     "open_board": "pathgene.host.device.boards",
     "plan": "pathgene.host.mission.plan",
     "plan_together": "pathgene.host.mission.plan",

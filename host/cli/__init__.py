@@ -74,6 +74,10 @@ def _run(arguments: list[str], debug: bool) -> int:
         _complain("Interrupted before the end.", debug)
         return interrupts.status()
     except Exception as error:
+        if interrupts.status(default=0):
+            # An extension module may turn an interrupt into an error of its own.
+            _complain("Interrupted before the end.", debug)
+            return interrupts.status()
         _complain(
             f"Internal error, {type(error).__name__}: {error}; "
             "--debug shows where, please report it.",

@@ -228,6 +228,15 @@ def add_problem(parser: Parser, *, of_path: bool = False) -> None:
     add_options(parser.add_argument_group("rules of safe flight"), options_of("rules"))
 
 
+def add_end(parser: argparse._ActionsContainer) -> None:
+    """Add the options of the end of a mission."""
+    end, land, land_geo = options_of("end")
+    add_option(parser, end)
+    either = parser.add_mutually_exclusive_group()
+    add_option(either, land)
+    add_option(either, land_geo)
+
+
 def add_own_options(parser: Parser) -> None:
     """Add the options that only some planners have, in a group for each set of planners."""
     having = {

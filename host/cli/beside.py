@@ -18,7 +18,7 @@ from pathgene.host.progress import Progress
 
 
 if TYPE_CHECKING:
-    from pathgene.host.mission.mission import Mission
+    from pathgene.host.mission.mission import MissionProblem
     from pathgene.host.planning import Plan, Search
 
 
@@ -65,7 +65,7 @@ def _search(args: argparse.Namespace, name: str) -> Search:
 
 
 def plan_beside(
-    args: argparse.Namespace, mission: Mission, searches: Sequence[Search]
+    args: argparse.Namespace, mission: MissionProblem, searches: Sequence[Search]
 ) -> list[dict[str, Any]]:
     """Plan with each search in turn; return a row of the table for each, see :func:`row_of`.
 

@@ -6,10 +6,17 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pathgene.host.cli.arguments import Commands, add_command, add_problem, complete_by_file
+from pathgene.host.cli.arguments import Commands, add_command, complete_by_file
+from pathgene.host.cli.check_mission import (
+    add_mission_options,
+    path_faults,
+    print_lines,
+    run_mission,
+)
 from pathgene.host.cli.output import (
     note_compiling,
     note_readings,
+    note_start,
     print_json,
     print_pairs,
     term_pairs,
@@ -17,8 +24,8 @@ from pathgene.host.cli.output import (
 from pathgene.host.cli.values import complete_options
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import reading
-from pathgene.host.formats.registry import read_path
-from pathgene.host.inputs import opened
+from pathgene.host.formats.registry import mission_files, read_mission, read_path
+from pathgene.host.options.kinds import PATH
 from pathgene.host.options.table import RULES
 from pathgene.host.remarks import Reading
 
@@ -53,10 +60,23 @@ def add(commands: Commands) -> None:
         metavar="FILE",
         required=True,
         help="GeoJSON, CSV with the header x,y,z, or a summary.json, which also supplies the "
-        "options that are not given",
+        f"options that are not given; or a mission of any ground station: {mission_files()}",
     )
-    add_problem(parser, of_path=True)
-    complete_by_file(parser, besides=("path",))
+    add_mission_options(parser)
+    group = parser.add_argument_group("output")
+    group.add_argument(
+        "--out",
+        type=PATH.parse,
+        metavar="DIR",
+        help="directory to write check.json of a mission to, and check.png, the picture that marks "
+        "its faults by their numbers (default: no files, whatever the problem file says)",
+    )
+    group.add_argument(
+        "--write",
+        choices=("html",),
+        help="also write check.html, a page that shows the faults in any browser",
+    )
+    complete_by_file(parser, besides=("path", "out", "write"))
 
 
 def run(args: argparse.Namespace) -> int:
@@ -64,6 +84,7 @@ def run(args: argparse.Namespace) -> int:
 
     A path that is not feasible, or misses a via point, is a failure.
     """
+    note_start("Reading the problem.")
     from pathgene.host.checking import check
     from pathgene.host.mission.build import placed_at, rules_of, stated_of, terrain_of
     from pathgene.host.report.read import (
@@ -81,8 +102,15 @@ def run(args: argparse.Namespace) -> int:
     complete_options(args)
     file = Path(args.path)
     # Before asking for anything that a summary states.
-    with reading("path", file), opened(file):
-        pass
+    with reading("path", file):
+        mission = read_mission(file)
+    if mission is not None:
+        return run_mission(args, file, mission)
+    if args.out is not None:
+        raise InputError(
+            f"{file} is a path, whose picture pathgene plan draws; leave out --out, or give a "
+            f"mission: {mission_files()}."
+        )
     summary = find_summary(file)
     if summary is not None:
         verify(file, summary)
@@ -129,10 +157,13 @@ def run(args: argparse.Namespace) -> int:
     note_compiling(as_paper=problem.as_paper)
     checked = check(problem, path)
     report = checked.report
+    faults = None if summary is not None or problem.rules is None else path_faults(problem, path)
     if args.json:
-        print_json(report)
+        print_json(report if faults is None else {**report, "faults": faults.tables})
     else:
         print_pairs(term_pairs(report))
+        if faults is not None:
+            print_lines(faults.lines)
     broken = [visit.sentence for visit in checked.visits if visit.missed]
     if not report["feasible"]:
         broken.insert(0, "The path is not feasible; the report shows its distances and limits.")

@@ -71,6 +71,14 @@ def add(commands: Commands) -> None:
         "--seed", type=int, default=0, metavar="N", help="seed of the turbulence (default 0)"
     )
     parser.add_argument(
+        "--guidance",
+        metavar="NAME",
+        default="ideal",
+        help="ideal follows the planned path itself; ardupilot or px4 flies the exported mission, "
+        "item by item and with its end, by the laws of that autopilot; needs the extra "
+        "pathgene[mavlink] (default %(default)s)",
+    )
+    parser.add_argument(
         "--out",
         type=PATH.parse,
         metavar="DIR",
@@ -107,6 +115,8 @@ def run(args: argparse.Namespace) -> int:
     """Fly the path of a summary; a flight that breaks a limit is a failure."""
     from pathgene.host.flight import fly as flight
     from pathgene.host.flight.models import model_named
+    from pathgene.host.mission.autopilot.hand_over import HandOver
+    from pathgene.host.mission.ending import summary_ending
     from pathgene.host.planners import named_or_default
     from pathgene.host.replanning import fly as replanning
     from pathgene.host.report.read import read_run
@@ -124,7 +134,14 @@ def run(args: argparse.Namespace) -> int:
     weather = {"gusts": args.gusts, "seed": args.seed}
     if not scenario.events:
         begin = functools.partial(
-            flight.fly, run.problem, run.path, args.aircraft, wind=args.wind, **weather
+            flight.fly,
+            run.problem,
+            run.path,
+            args.aircraft,
+            wind=args.wind,
+            guidance=args.guidance,
+            wanted=HandOver(ending=summary_ending(file, run.summary)),
+            **weather,
         )
         return _flown(args, directory, begin, flight.write, flight.draw, _pairs)
     replan = functools.partial(
@@ -143,6 +160,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _scenario(args: argparse.Namespace, run: Run) -> Scenario:
     """Return the events of the flight; files of zones are read like the plan's files."""
+    from pathgene.host.flight.autopilots import IDEAL
     from pathgene.host.mission.build import (
         options_for_flight,
         zone_choices_of,
@@ -169,6 +187,11 @@ def _scenario(args: argparse.Namespace, run: Run) -> Scenario:
         scenario = read_scenario(args.scenario) + scenario
     if scenario.events and args.aircraft is not None:
         raise InputError("The aircraft that replans is the one planned for; leave --aircraft out.")
+    if scenario.events and args.guidance != IDEAL:
+        raise InputError(
+            f"--guidance {args.guidance} flies an exported mission, which does not change in "
+            "flight; leave --popup and --scenario out, or --guidance."
+        )
     if scenario.events and args.wind is not None:
         raise InputError(
             "The wind of a flight that replans is the one planned for; give another in a scenario."
@@ -224,7 +247,7 @@ def _flown(
         print_json(table | {"files": list(map(str, written))})
     else:
         print_pairs([*pairs(table), ("files", ", ".join(map(str, written)))])
-    for sentence in table["breaks"]:
+    for sentence in (*table.get("notes", ()), *table["breaks"]):
         note(sentence)
     if ended:
         note(ended)
@@ -262,10 +285,14 @@ def _replan_pairs(table: dict[str, Any]) -> list[tuple[str, str]]:
 def _pairs(table: dict[str, Any]) -> list[tuple[str, str]]:
     """Return the terms of a flight as names and texts with units."""
     clearance = table["clearance_flown_m"]
+    guidance = table["guidance"]
+    if table["items"]:
+        guidance += f", {table['items']} items and the end of the mission, in JSBSim"
     worst = table["limits"][0]
     return [
         ("kept", "yes" if table["kept"] else "no"),
         ("aircraft", table["aircraft"]),
+        ("guidance", guidance),
         ("flight time", f"{table['flight_time_s']:.0f} s"),
         ("cross-track", f"{table['cross_track_rms_m']:.1f} m rms, "
          f"{table['cross_track_max_m']:.1f} m at most"),

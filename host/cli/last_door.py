@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from typing import TYPE_CHECKING
 
 from pathgene.host.cli.output import note_compiling
@@ -9,10 +10,11 @@ from pathgene.host.errors import JobError
 
 
 if TYPE_CHECKING:
+    from pathgene.host.mission.ending import Ending
     from pathgene.host.report.read import Run
 
 
-__all__ = ["check_path"]
+__all__ = ["check_path", "ending_for"]
 
 
 def check_path(run: Run, consequence: str, remedy: str) -> None:
@@ -41,3 +43,17 @@ def check_path(run: Run, consequence: str, remedy: str) -> None:
     text = found[0].lower() + found[1:].removesuffix(".")
     said = ", although the summary calls it feasible" if run.feasible else ""
     raise JobError(f"{run.file}: {text}{said}; {consequence}, {remedy}.")
+
+
+def ending_for(args: argparse.Namespace, run: Run) -> Ending:
+    """Return the end of a mission by the options of a command, or else as it was planned.
+
+    Raises
+    ------
+    InputError
+        If the options contradict each other, or the summary states a bad end.
+    """
+    from pathgene.host.mission.ending import ending_of, summary_ending
+
+    stated = ending_of(vars(args), run.problem)
+    return summary_ending(run.file, run.summary) if stated is None else stated

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
+
+from pathgene.host.progress import Counter
 
 
 if TYPE_CHECKING:
@@ -18,6 +21,7 @@ __all__ = [
     "note_compiling_routes",
     "note_reading",
     "note_readings",
+    "note_start",
     "print_json",
     "print_line",
     "print_pairs",
@@ -52,12 +56,19 @@ def print_json(value: Any) -> None:
     print(json.dumps(value, indent=2, allow_nan=False), flush=True)
 
 
-def print_pairs(pairs: Iterable[tuple[str, str]]) -> None:
-    """Print names and values as two columns."""
+def print_pairs(pairs: Iterable[tuple[str, str]], width: int = 0) -> int:
+    """Print names and values as two columns, and return the width of the first.
+
+    Parameters
+    ----------
+    width : int
+        Minimum width of the first column, to continue an earlier list.
+    """
     rows = list(pairs)
-    width = max(len(name) for name, _ in rows)
+    width = max(width, *(len(name) for name, _ in rows))
     for name, value in rows:
         print(f"{name:<{width}}  {value}")
+    return width
 
 
 def print_table(rows: Sequence[Sequence[str]]) -> None:
@@ -71,6 +82,12 @@ def print_table(rows: Sequence[Sequence[str]]) -> None:
 def note(text: str) -> None:
     """Print a note on standard error."""
     print_line(text)
+
+
+def note_start(text: str) -> None:
+    """Tell a user at a terminal, who waits for the first sign of life, that work has begun."""
+    if sys.stderr.isatty():
+        print_line(text)
 
 
 def note_reading(read: Mapping[str, Any] | None, prefix: str = "") -> None:
@@ -175,15 +192,20 @@ def _shown(value: float | None, form: str, unit: str = "") -> str:
 
 
 def note_compiling(*, as_paper: bool) -> None:
-    """Compile the kernels of the evaluation, with a note, unless numba has cached them."""
+    """Compile the kernels of the evaluation, with a note, unless numba has cached them.
+
+    On a terminal, the number of compiled kernels is shown.
+    """
     # Loads numba; bad input must not wait for it.
     from pathgene.host.compiling import compile_apart, compile_first
     from pathgene.host.evaluation import kernels, rule_kernels
 
     compile_apart()
     # The outermost kernel of every evaluation.
-    if _note(kernels.path_terms if as_paper else rule_kernels.strict_terms, "about a minute"):
-        compile_first(as_paper=as_paper)
+    if not _note(kernels.path_terms if as_paper else rule_kernels.strict_terms, "about a minute"):
+        return
+    with contextlib.closing(Counter(sys.stderr, "kernels compiled")) as counter:
+        compile_first(as_paper=as_paper, progress=counter.update)
 
 
 def note_compiling_routes() -> None:

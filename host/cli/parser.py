@@ -19,6 +19,7 @@ _COMMANDS = (
     "batch",
     "compare",
     "check",
+    "mend",
     "diagnose",
     "fly",
     "export",

@@ -7,7 +7,8 @@ import contextlib
 import shutil
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ from pathgene.host import interrupts
 from pathgene.host.cli.arguments import (
     Commands,
     add_command,
+    add_end,
     add_options,
     add_own_options,
     add_problem,
@@ -26,6 +28,7 @@ from pathgene.host.cli.output import (
     note,
     note_compiling,
     note_readings,
+    note_start,
     print_json,
     print_pairs,
     term_pairs,
@@ -39,6 +42,8 @@ from pathgene.host.progress import Progress
 
 
 if TYPE_CHECKING:
+    from pathgene.host.mission.autopilot.hand_over import HandOver
+    from pathgene.host.mission.ending import Ending
     from pathgene.host.planning import Plan
     from pathgene.host.report.write import Written
 
@@ -56,7 +61,8 @@ def add(commands: Commands) -> None:
         "pathgene plan --terrain tile.tif --start 1200,1200,100 --goal 14000,14000,100 --agl "
         "--nofly-circle 7000,7000,900 --board sim: --out out",
         usage="[PROBLEM.toml] [OPTIONS]",
-        notes="The exit status is 0 with a feasible path, 1 without one, 2 for bad input.",
+        notes="The exit status is 0 with a feasible path, 1 without one or if a file is missing "
+        "because no autopilot can fly the mission safely, 2 for bad input.",
     )
     add_problem(parser)
     group = parser.add_argument_group("planning")
@@ -68,6 +74,7 @@ def add(commands: Commands) -> None:
         "paths is written",
     )
     add_own_options(parser)
+    add_end(parser.add_argument_group("end of the mission"))
     group = parser.add_argument_group("output")
     add_options(group, options_of("output"))
     group.add_argument(
@@ -80,7 +87,10 @@ def add(commands: Commands) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Plan, write the files and print the summary."""
+    note_start("Reading the problem.")
+    from pathgene.host.mission.autopilot.hand_over import hand_over_of
     from pathgene.host.mission.build import mission_of, planner_of
+    from pathgene.host.mission.ending import LOITER, ending_of
     from pathgene.host.mission.planning import plan_mission
     from pathgene.host.planners.base import Stop
     from pathgene.host.planning import Search
@@ -96,8 +106,10 @@ def run(args: argparse.Namespace) -> int:
     )
     searches = searches_beside(args)
     formats = parse_formats(args.write) if args.write else ()
+    wanted = hand_over_of(vars(args))
     mission = mission_of(vars(args), say=note_readings)
     check_formats(formats, mission.problem.terrain)
+    end = ending_of(vars(args), mission.problem)
     if "html" in formats:
         from pathgene.host.web.page import require_library
 
@@ -123,9 +135,20 @@ def run(args: argparse.Namespace) -> int:
                 raise
             note(f"Interrupted before a path was found; nothing is written to {directory}.")
             return interrupts.status()
-        written, summary = _save(args, plan, formats, directory)
-    if not args.json:
-        _print(summary, written)
+        wanted = replace(wanted, ending=end or LOITER)
+        others, missing = _others(plan, formats, wanted)
+        written, summary = _save(args, plan, end, others, directory)
+        width = 0
+        try:
+            if not args.json:
+                width = print_pairs(_pairs(summary, written))
+            elif not searches:
+                print_json(summary)
+            sys.stdout.flush()
+        finally:  # Also if nobody reads the output.
+            drawn = _draw(plan, end, directory, wanted) if args.picture else []
+        if drawn and not args.json:
+            print_pairs([("written", str(path)) for path in drawn], width)
     rows = []
     if searches and not plan.interrupted:
         try:
@@ -133,40 +156,49 @@ def run(args: argparse.Namespace) -> int:
         except KeyboardInterrupt:
             note("Interrupted; the plan is written.")
             return interrupts.status()
-    if args.json:
+    if args.json and searches:
         print_json({**summary, "beside": rows} if rows else summary)
     elif rows:
         print()
         print_beside(rows)
-    return _status(plan)
+    return _status(plan, missing)
 
 
-def _save(args: argparse.Namespace, plan: Plan, formats: Sequence[str], directory: Path) -> Written:
-    """Write the files; if that fails, keep the plan in a temporary folder and say so."""
+def _save(
+    args: argparse.Namespace,
+    plan: Plan,
+    end: Ending | None,
+    others: Mapping[str, bytes],
+    directory: Path,
+) -> Written:
+    """Write all files but the picture; if that fails, keep them in a temporary folder and say so.
+
+    The picture is drawn once the result is printed, because it takes longer than a quick plan.
+    """
+    from pathgene.host.mission.ending import with_end
     from pathgene.host.report.write import write_report
 
-    def write(folder: Path, *, picture: bool) -> Written:
+    def write(folder: Path) -> Written:
         return write_report(
             folder,
             plan.evaluator,
             plan.result,
-            plan.summary,
+            with_end(plan.summary, end),
             note,
-            picture=picture,
+            picture=False,
             grid=args.grid,
             others=others,
         )
 
-    others = _others(plan, formats)
     try:
-        return write(directory, picture=args.picture)
+        return write(directory)
     except InputError as error:
         try:
             folder = Path(tempfile.mkdtemp(prefix="pathgene-"))
         except OSError:
             raise error from None
         try:
-            write(folder, picture=False)
+            write(folder)
         except InputError:
             shutil.rmtree(folder, ignore_errors=True)
             raise error from None
@@ -175,29 +207,52 @@ def _save(args: argparse.Namespace, plan: Plan, formats: Sequence[str], director
         ) from None
 
 
-def _others(plan: Plan, formats: Sequence[str]) -> dict[str, bytes]:
-    """Return the contents of the files that ``--write`` names, by name."""
-    from pathgene.host.mission.export import exported
+def _draw(plan: Plan, end: Ending | None, directory: Path, wanted: HandOver) -> list[Path]:
+    """Draw the picture and return its file, or nothing after a failure, which is noted."""
+    from pathgene.host.mission.drawn import mission_of_plan
+    from pathgene.host.mission.ending import with_end
+    from pathgene.host.report.write import write_run_picture
+
+    return write_run_picture(
+        directory,
+        plan.evaluator,
+        plan.result,
+        with_end(plan.summary, end),
+        note,
+        lambda: mission_of_plan(plan, wanted),
+    )
+
+
+def _others(
+    plan: Plan, formats: Sequence[str], wanted: HandOver
+) -> tuple[dict[str, bytes], str | None]:
+    """Return the files that ``--write`` names, by name, and the reason why some are missing."""
+    from pathgene.host.mission.export import exported_with_room
 
     def page() -> str:
         from pathgene.host.web.page import page_of
 
-        return page_of(plan.evaluator, plan.path, plan.summary)
+        return page_of(plan.evaluator, plan.path, plan.summary, wanted)
 
-    formats = [name for name in formats if name != "geojson"]  # Every run has it.
-    feasible = plan.evaluation.feasible
-    return exported(
+    return exported_with_room(
         plan.evaluator.problem,
         plan.path,
-        formats,
+        [name for name in formats if name != "geojson"],  # Every run has it.
         note,
-        feasible=feasible,
+        feasible=plan.evaluation.feasible,
         page=page,
+        wanted=wanted,
     )
 
 
-def _status(plan: Plan) -> int:
-    """Return the exit status; raise the error of a failed job, whose files are written."""
+def _status(plan: Plan, missing: str | None) -> int:
+    """Return the exit status; raise the error of a failed job, whose files are written.
+
+    Parameters
+    ----------
+    missing : str or None
+        The reason why files are missing that were asked for.
+    """
     from pathgene.host.mission.legs import shortcoming
 
     result = plan.result
@@ -209,26 +264,28 @@ def _status(plan: Plan) -> int:
     if plan.fallback is not None:
         note(f"{plan.planner} found no feasible path; the path was found by {plan.fallback}.")
     sentence = shortcoming(plan.summary)
-    if sentence is None:
-        return 0
-    raise JobError(f"{sentence.rstrip('.')}; the best path is written.")
+    if sentence is not None:
+        if missing is not None:
+            note(missing)
+        raise JobError(f"{sentence.rstrip('.')}; the best path is written.")
+    if missing is not None:
+        raise JobError(f"{missing.rstrip('.')}, but all other files are.")
+    return 0
 
 
-def _print(summary: dict[str, Any], written: list[Path]) -> None:
-    print_pairs(
-        [
-            ("planner", summary["planner"]),
-            ("board", summary["board"] or "none"),
-            *([("fallback", summary["fallback"])] if summary["fallback"] else []),
-            *_legs(summary),
-            *term_pairs(summary),
-            ("generations", f"{summary['generations']}"),
-            ("evaluations", f"{summary['evaluations']}"),
-            *_counted(summary["hardware"] or {}),
-            ("time", f"{summary['seconds']['total']:.2f} s"),
-            *(("written", str(path)) for path in written),
-        ]
-    )
+def _pairs(summary: dict[str, Any], written: list[Path]) -> list[tuple[str, str]]:
+    return [
+        ("planner", summary["planner"]),
+        ("board", summary["board"] or "none"),
+        *([("fallback", summary["fallback"])] if summary["fallback"] else []),
+        *_legs(summary),
+        *term_pairs(summary),
+        ("generations", f"{summary['generations']}"),
+        ("evaluations", f"{summary['evaluations']}"),
+        *_counted(summary["hardware"] or {}),
+        ("time", f"{summary['seconds']['total']:.2f} s"),
+        *(("written", str(path)) for path in written),
+    ]
 
 
 def _legs(summary: dict[str, Any]) -> list[tuple[str, str]]:

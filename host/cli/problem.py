@@ -74,6 +74,7 @@ def new(args: argparse.Namespace) -> int:
 
 def check(args: argparse.Namespace) -> int:
     """Read a problem file, build its mission, and describe the mission."""
+    from pathgene.host.mission.autopilot.hand_over import choices_of
     from pathgene.host.mission.build import mission_of, search_of
     from pathgene.host.mission.problem_file import read_problem
     from pathgene.host.planners import asks_hardware
@@ -93,6 +94,7 @@ def check(args: argparse.Namespace) -> int:
             note_readings(terrain, zones)
         raise
     problem = mission.problem
+    ending = choices_of(values, problem).ending
     report: dict[str, Any] = {
         "file": args.file,
         "terrain": problem.terrain.describe(),
@@ -101,6 +103,7 @@ def check(args: argparse.Namespace) -> int:
         "read": describe_reading(problem),
         "points": [list(point) for point in mission.way],
         "legs": mission.legs,
+        "end": ending.to_dict(),
         "straight_m": mission.straight_m,
         "as_paper": problem.as_paper,
         "rules": None if problem.rules is None else problem.rules.to_dict(),
@@ -124,6 +127,7 @@ def check(args: argparse.Namespace) -> int:
                 ("no-fly zones", str(report["zones"])),
                 *_read(problem),
                 *((name, f"{x:.1f}, {y:.1f}, altitude {z:.1f} m") for name, (x, y, z) in names),
+                ("end", ending.kind),
                 ("straight lines", f"{report['straight_m']:.1f} m"),
                 ("rules", rules),
                 ("planner", "the board's" if is_asked else search.planner),

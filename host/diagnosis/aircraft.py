@@ -242,7 +242,7 @@ def stall_reasons(bounds: Bounds) -> Iterator[Reason]:
         place=place,
         figure=Figure(
             STALL.name,
-            aircraft.cruise_speed_m_s,
+            aircraft.aerodynamic_speed_m_s,
             None if speed is None else rounded_up(speed),
             STALL.unit,
         ),

@@ -16,7 +16,7 @@ from pathgene.host.evaluation.laid_track import LaidTrack
 from pathgene.host.problem.aircraft import Aircraft
 from pathgene.host.problem.limits import (
     GRAVITY_M_S2,
-    SEA_LEVEL_DENSITY_KG_M3,
+    pressure_on_wing,
     steady_thrust,
     turn_radius_in_wind_m,
 )
@@ -233,7 +233,7 @@ class Fuel(AircraftLimit):
         # Without a tank size, the whole weight might be fuel.
         lightest = max(aircraft.weight_N - problem.limits.fuel_N, 0.0)
         steepest = math.radians(max(aircraft.max_climb_deg, aircraft.max_descent_deg))
-        area = 0.5 * SEA_LEVEL_DENSITY_KG_M3 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
+        area = pressure_on_wing(aircraft)
         lift = lightest * math.cos(min(steepest, 0.5 * math.pi))
         drag = (
             area * aircraft.zero_lift_drag_coefficient
@@ -265,7 +265,7 @@ class Fuel(AircraftLimit):
 
 def _stalls(problem: Problem) -> bool:
     """Return whether the aircraft stalls in a turn at its cruise speed."""
-    return problem.limits.stall_speed_m_s > problem.aircraft.cruise_speed_m_s
+    return problem.limits.stall_speed_m_s > problem.aircraft.aerodynamic_speed_m_s
 
 
 class Turn(AircraftLimit):
@@ -298,8 +298,9 @@ class Stall(AircraftLimit):
         At a higher speed the turn has more bank, and the stall speed is higher.
         """
         aircraft = problem.aircraft
-        square = GRAVITY_M_S2 * aircraft.turn_radius_m
-        bank = math.hypot(1.0, aircraft.cruise_speed_m_s**2 / square)
+        speed = aircraft.aerodynamic_speed_m_s
+        square = GRAVITY_M_S2 * aircraft.turn_radius_m * (speed / aircraft.cruise_speed_m_s) ** 2
+        bank = math.hypot(1.0, speed**2 / square)
         level = problem.limits.stall_speed_m_s**4 / bank**2
         rest = 1.0 - level / square**2
         return float((level / rest) ** 0.25) if rest > 0 else None
@@ -309,8 +310,8 @@ class Stall(AircraftLimit):
         aircraft = problem.aircraft
         return (
             f"{aircraft.name} stalls in every turn of {aircraft.turn_radius_m:g} m at "
-            f"{aircraft.cruise_speed_m_s:g} m/s, below {stall_m_s:.1f} m/s, and the straight line "
-            f"to the goal is closed near ({place[0]:.0f}, {place[1]:.0f}) m."
+            f"{aircraft.aerodynamic_speed_m_s:g} m/s, below {stall_m_s:.1f} m/s, and the straight "
+            f"line to the goal is closed near ({place[0]:.0f}, {place[1]:.0f}) m."
         )
 
     def worst(self, problem: Problem, track: LaidTrack) -> Worst | None:
@@ -320,7 +321,7 @@ class Stall(AircraftLimit):
         radius, at = track.tightest_turn()
         if not math.isfinite(radius):
             return None
-        return Worst(problem.aircraft.cruise_speed_m_s, stall, track.flown_m(*at))
+        return Worst(problem.aircraft.aerodynamic_speed_m_s, stall, track.flown_m(*at))
 
     def stretches(self, problem: Problem, track: LaidTrack) -> Iterable[broken.Span]:
         if not _stalls(problem):

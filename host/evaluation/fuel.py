@@ -1,4 +1,4 @@
-"""Fuel burned in steady flight: the closed solution, wind and air density, in plain Python.
+"""Fuel burned in steady flight: the closed solution and wind, in plain Python.
 
 Source: Labonte 2015, rebuilt from the physics. With the drag ``D = q S CD0 + k (W cos gamma)^2 /
 (q S)`` and the thrust ``T = D + W sin gamma``, the weight falls as ``dW/ds = -(sfc / eta) T``: a
@@ -9,30 +9,15 @@ import math
 from collections.abc import Iterable
 
 from pathgene.host.problem.aircraft import Aircraft
-from pathgene.host.problem.limits import SEA_LEVEL_DENSITY_KG_M3
+from pathgene.host.problem.limits import pressure_on_wing
 
 
 __all__ = [
-    "air_density",
     "air_distance",
     "fuel_burned",
     "level_range_m",
     "thrust_needed",
 ]
-
-
-def air_density(altitude_m: float) -> float:
-    """Return the density of the International Standard Atmosphere, kg/m^3, up to 20 km.
-
-    Altitudes are geopotential. Troposphere below 11 km, isothermal above.
-    """
-    lapse_k_m, exponent, tropopause_m = 0.0065, 4.255876, 11_000.0
-    density = SEA_LEVEL_DENSITY_KG_M3 * math.pow(
-        1.0 - lapse_k_m * min(altitude_m, tropopause_m) / 288.15, exponent
-    )
-    if altitude_m > tropopause_m:
-        density *= math.exp(-(altitude_m - tropopause_m) / 6341.62)
-    return density
 
 
 def fuel_burned(
@@ -81,8 +66,7 @@ def _thrust_terms(aircraft: Aircraft, run_m: float, rise_m: float) -> tuple[floa
     """Return a, b and e of the thrust a W^2 + b W + e."""
     length = math.hypot(run_m, rise_m)
     cos, sin = run_m / length, rise_m / length
-    pressure_area = 0.5 * SEA_LEVEL_DENSITY_KG_M3 * aircraft.cruise_speed_m_s**2
-    pressure_area *= aircraft.wing_area_m2
+    pressure_area = pressure_on_wing(aircraft)
     return (
         aircraft.induced_drag_factor * cos**2 / pressure_area,
         sin,
@@ -135,8 +119,7 @@ def level_range_m(aircraft: Aircraft, burned: float, fuel: float) -> float:
     burned, fuel : float
         Fuel already burned, and fuel left, newtons.
     """
-    pressure_area = 0.5 * SEA_LEVEL_DENSITY_KG_M3 * aircraft.cruise_speed_m_s**2
-    pressure_area *= aircraft.wing_area_m2
+    pressure_area = pressure_on_wing(aircraft)
     a = aircraft.induced_drag_factor / pressure_area
     e = pressure_area * aircraft.zero_lift_drag_coefficient
     burn_per_m = aircraft.specific_fuel_consumption_N_per_Ws / aircraft.propeller_efficiency

@@ -44,7 +44,7 @@ from pathgene.host.evaluation.sampling import (
     some_arc_hits,
     some_straight_hits,
 )
-from pathgene.host.problem.limits import SEA_LEVEL_DENSITY_KG_M3
+from pathgene.host.problem.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 
 
 __all__ = [

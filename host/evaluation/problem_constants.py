@@ -34,7 +34,9 @@ def constants_of(problem: Problem, ds_m: float, *, best: Utopia | None = None) -
         max_descent_rad=math.radians(aircraft.max_descent_deg),
         weight=aircraft.weight_N,
         airspeed_m_s=aircraft.cruise_speed_m_s,
-        wing_area_m2=aircraft.wing_area_m2,
+        # The kernels have one airspeed, the true one, and the density at sea level.
+        wing_area_m2=aircraft.wing_area_m2
+        * (aircraft.aerodynamic_speed_m_s / aircraft.cruise_speed_m_s) ** 2,
         drag_coefficient=aircraft.zero_lift_drag_coefficient,
         induced_drag_factor=aircraft.induced_drag_factor,
         burn_per_m=aircraft.specific_fuel_consumption_N_per_Ws / aircraft.propeller_efficiency,

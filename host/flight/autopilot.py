@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from pathgene.host.evaluation.fuel import air_density
 from pathgene.host.flight.guidance import Commands, State
 from pathgene.host.flight.models import FlightModel
 from pathgene.host.flight.simulator import Controls
 from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.problem.atmosphere import air_density
 from pathgene.host.problem.limits import GRAVITY_M_S2
 
 
@@ -23,6 +23,8 @@ _ROLL_GAIN = 0.2
 _BANK_TRIM_GAIN = 0.15
 # Pitch rate per error of the angle of the flight path, 1/s, and the largest, rad/s.
 _SLOPE_GAIN = 1.2
+# Pitch rate per error of the pitch, 1/s.
+_PITCH_GAIN = 2.0
 _MOST_PITCH_RAD_S = 0.25
 # Below this multiple of the stall speed, or this share of the airspeed if that is lower, or the
 # model's own share, all averaged over the time, height is traded for speed: the sine of the
@@ -81,6 +83,22 @@ class Autopilot:
         )
         return aileron, elevator, rudder, throttle, brake
 
+    def attitude(
+        self, state: State, roll_rad: float, pitch_rad: float, throttle: float
+    ) -> Controls:
+        """Return the controls for the next period that lead to an attitude.
+
+        The air brake opens with the slope flown, as a mixer couples it.
+        """
+        model = self._model
+        speed = max(state.airspeed_m_s, 0.5 * self.airspeed_m_s)
+        aileron = self._aileron(state, roll_rad, self.airspeed_m_s / speed)
+        wanted = _within(_PITCH_GAIN * (pitch_rad - state.pitch_rad), _MOST_PITCH_RAD_S)
+        elevator = self._elevator_of_rate(state, wanted, speed)
+        rudder = _within(model.rudder_gain * state.sideslip_rad, 1.0)
+        brake = self._brake(state.climb_m_s / speed, 1.0 - state.airspeed_m_s / self.airspeed_m_s)
+        return aileron, elevator, rudder, min(throttle, self._stop(state.power_W)), brake
+
     def _aileron(self, state: State, bank_rad: float, slow: float) -> float:
         error = bank_rad - state.roll_rad
         wanted = _within(_BANK_GAIN * error, _MOST_ROLL_RAD_S)
@@ -92,14 +110,18 @@ class Autopilot:
         return _within(rate / self._model.roll_rate_rad_s * slow + self._bank_trim, 1.0)
 
     def _elevator(self, state: State, climb_m_s: float, speed: float) -> float:
-        model = self._model
         wanted = math.asin(_within(climb_m_s / speed, 0.9))
         slope = math.asin(_within(state.climb_m_s / speed, 0.9))
+        rate = _within(_SLOPE_GAIN * (wanted - slope), _MOST_PITCH_RAD_S)
+        return self._elevator_of_rate(state, rate, speed)
+
+    def _elevator_of_rate(self, state: State, rate_rad_s: float, speed: float) -> float:
+        """Return the elevator for a pitch rate beyond the rate of the turn."""
+        model = self._model
         bank = _within(state.roll_rad, 1.0)
         # The pitch rate of a level turn.
         turn = GRAVITY_M_S2 / speed * math.sin(bank) * math.tan(bank)
-        rate = _within(_SLOPE_GAIN * (wanted - slope), _MOST_PITCH_RAD_S) + turn
-        error = rate - state.q_rad_s
+        error = rate_rad_s + turn - state.q_rad_s
         self._pitch_trim = _within(
             self._pitch_trim + model.pitch_trim_gain * error * self._period_s, 0.8
         )
@@ -122,10 +144,15 @@ class Autopilot:
             self._speed_trim = _within(
                 self._speed_trim + model.speed_trim_gain * short * self._period_s, 0.5
             )
-        brake = 0.0
-        if model.brake_climb:
-            brake = model.brake_climb * (-sine - model.brake_level) - 2.0 * short
-        return min(max(thrust, 0.0), self._stop(state.power_W)), min(max(brake, 0.0), 1.0)
+        return min(max(thrust, 0.0), self._stop(state.power_W)), self._brake(sine, short)
+
+    def _brake(self, sine: float, short: float) -> float:
+        """Return the air brake for the sine of a slope and the missing share of airspeed."""
+        model = self._model
+        if not model.brake_climb:
+            return 0.0
+        brake = model.brake_climb * (-sine - model.brake_level) - 2.0 * short
+        return min(max(brake, 0.0), 1.0)
 
     def _stop(self, watts: float) -> float:
         """Return the current maximum throttle."""

@@ -14,7 +14,7 @@ from pathgene.host.evaluation.geometry import Piece
 from pathgene.host.flight.autopilot import Autopilot
 from pathgene.host.flight.guidance import Commands, Guidance, Limits, State
 from pathgene.host.flight.models import FlightModel
-from pathgene.host.flight.route import Route
+from pathgene.host.flight.route import Place, Route
 from pathgene.host.flight.simulator import STEP_S, Simulator
 from pathgene.host.planners.base import Stop
 from pathgene.host.problem.aircraft import Aircraft
@@ -22,7 +22,16 @@ from pathgene.host.problem.limits import GRAVITY_M_S2
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["MARGIN", "PERIOD_S", "Flight", "Flown", "fly_track", "limits_of"]
+__all__ = [
+    "MARGIN",
+    "PERIOD_S",
+    "Flight",
+    "Flown",
+    "Sample",
+    "flown_of",
+    "fly_track",
+    "limits_of",
+]
 
 # Steps of the model between two updates of the autopilot.
 _STEPS = 4
@@ -56,7 +65,8 @@ class Flown:
         Seconds since the start was passed, position and altitude: (k,) float64.
     along_m, cross_m, height_error_m : ndarray
         Position relative to the track: horizontal distance along it, distance to the left of it,
-        height above it.
+        height above it. After the goal, where an autopilot flies the end of its mission, the first
+        is the length of the track, and cross_m and height_error_m are NaN.
     airspeed_m_s, bank_rad, climb_m_s, power_W : ndarray
         True airspeed, bank to the right, vertical speed and shaft power, as flown.
     bank_command_rad, climb_command_m_s : ndarray
@@ -172,6 +182,7 @@ class Flight:
             height_gain=_HEIGHT_GAIN,
             period_s=PERIOD_S,
         )
+        self._leg = 0
         self.state: State = self._simulator.state()
         self.commands: Commands = self._guidance.commands(self.state)
 
@@ -179,6 +190,11 @@ class Flight:
     def route(self) -> Route:
         """The route that is followed."""
         return self._guidance.route
+
+    @property
+    def wind(self) -> tuple[float, float]:
+        """Velocity of the air over ground, gusts included, m/s in x and y."""
+        return self._simulator.wind()
 
     def follow(self, pieces: Sequence[Piece]) -> None:
         """Continue along another track, which begins next to or astern of the aircraft."""
@@ -198,21 +214,25 @@ class Flight:
         simulator.step(_STEPS)
         state = self.state = simulator.state()
         commands = self.commands = self._guidance.commands(state)
-        return (
-            state.time_s,
-            state.x,
-            state.y,
-            state.z,
-            commands.place.along_m,
-            commands.place.cross_m,
-            commands.height_error_m,
-            state.airspeed_m_s,
-            state.roll_rad,
-            state.climb_m_s,
-            state.power_W,
-            commands.bank_rad,
-            commands.climb_m_s,
+        self._leg = commands.place.leg
+        return _sample(
+            state, commands.place, commands.height_error_m, commands.bank_rad, commands.climb_m_s
         )
+
+    def step_attitude(self, roll_rad: float, pitch_rad: float, throttle: float) -> Sample:
+        """Fly on for :data:`PERIOD_S` with demands of another autopilot; return a sample.
+
+        The climb rate that it commands is unknown, so the one flown takes its place.
+        """
+        simulator = self._simulator
+        simulator.control(self._autopilot.attitude(self.state, roll_rad, pitch_rad, throttle))
+        self._weather(self.state.time_s)
+        simulator.step(_STEPS)
+        state = self.state = simulator.state()
+        place = self.route.locate(state.x, state.y, self._leg)
+        self._leg = place.leg
+        height, _ = self.route.height(place.along_m, place.leg)
+        return _sample(state, place, state.z - height, roll_rad, state.climb_m_s)
 
     def _weather(self, time_s: float) -> None:
         simulator = self._simulator
@@ -225,6 +245,27 @@ class Flight:
         if time_s >= _SHAKE_S and not self._shaken:
             self._shaken = True
             simulator.shake()
+
+
+def _sample(
+    state: State, place: Place, height_error_m: float, bank_rad: float, climb_m_s: float
+) -> Sample:
+    """Return a sample in the order of :class:`Flown`; the last two are commands."""
+    return (
+        state.time_s,
+        state.x,
+        state.y,
+        state.z,
+        place.along_m,
+        place.cross_m,
+        height_error_m,
+        state.airspeed_m_s,
+        state.roll_rad,
+        state.climb_m_s,
+        state.power_W,
+        bank_rad,
+        climb_m_s,
+    )
 
 
 def limits_of(aircraft: Aircraft) -> Limits:
@@ -284,6 +325,11 @@ def fly_track(
         raise JobError(
             "The aircraft did not reach the start of the path; the gusts are too strong."
         )
+    return flown_of(samples, arrived=arrived, interrupted=interrupted)
+
+
+def flown_of(samples: Sequence[Sample], *, arrived: bool, interrupted: bool) -> Flown:
+    """Return the flight of some samples, one or more, whose time counts from the first one."""
     columns = np.array(samples, dtype=np.float64).reshape(-1, len(_COLUMNS)).T.copy()
     columns[0] -= columns[0, 0]
     return Flown(

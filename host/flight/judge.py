@@ -128,6 +128,7 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
         for number, tiles in enumerate(tiles_of(problem.zones), 1)
         if any(entered(tile, flown).any() for tile in tiles)
     ]
+    on_way = np.isfinite(flown.cross_m)
     breaks = []
     if flown.interrupted:
         breaks.append("The flight was interrupted before it reached the goal.")
@@ -159,12 +160,12 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
         breaks=breaks,
         arrived=flown.arrived,
         interrupted=flown.interrupted,
-        flight_time_s=float(flown.t_s[-1]),
+        flight_time_s=float(flown.t_s[on_way][-1]),
         length_m=track.length_m,
-        cross_track_rms_m=_rms(flown.cross_m),
-        cross_track_max_m=float(np.abs(flown.cross_m).max()),
-        height_error_rms_m=_rms(flown.height_error_m),
-        height_error_max_m=float(np.abs(flown.height_error_m).max()),
+        cross_track_rms_m=_rms(flown.cross_m[on_way]),
+        cross_track_max_m=float(np.abs(flown.cross_m[on_way]).max()),
+        height_error_rms_m=_rms(flown.height_error_m[on_way]),
+        height_error_max_m=float(np.abs(flown.height_error_m[on_way]).max()),
         clearance_asked_m=asked,
         clearance_planned_m=float(np.nanmin(np.append(heights, math.inf))),
         clearance_flown_m=float(clearance[lowest]),

@@ -107,6 +107,8 @@ def _titles(report: FlightReport) -> tuple[str, str]:
     if report.gusts != "none":
         weather += f", {report.gusts} turbulence"
     title = f"Flown by {report.aircraft.name} in {weather}"
+    if report.title:
+        title += f", with {report.title}'s laws"
     subtitle = (
         f"{verdict.length_m / 1000:.1f} km in {verdict.flight_time_s / 60:.1f} min, "
         f"least clearance {verdict.clearance_flown_m:.1f} m "
@@ -168,8 +170,8 @@ def _draw_errors(axes: Axes, report: FlightReport) -> None:
     along = flown.along_m / unit_m
     rules = report.problem.rules
     corridor = rules.corridor_m if rules else 0.0
-    most = max(1.1 * corridor, 1.15 * float(np.abs(flown.cross_m).max()), 5.0)
-    most = max(most, 1.15 * float(np.abs(flown.height_error_m).max()))
+    most = max(1.1 * corridor, 1.15 * float(np.nanmax(np.abs(flown.cross_m))), 5.0)
+    most = max(most, 1.15 * float(np.nanmax(np.abs(flown.height_error_m))))
     axes.axhline(0, color=TEXT, linewidth=0.8, zorder=2)
     axes.plot(along, flown.cross_m, color=PATH, linewidth=1.2, zorder=4, label="to the left")
     axes.plot(along, flown.height_error_m, color=FLOWN, linewidth=1.2, zorder=5, label="up")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.evaluation.track import SmoothedTrack
+from pathgene.host.flight.autopilots import IDEAL
 from pathgene.host.flight.flight import PERIOD_S, Flown
 from pathgene.host.flight.judge import Verdict
 from pathgene.host.flight.models import FlightModel
@@ -48,6 +49,14 @@ class FlightReport:
         Velocity of the air, m/s.
     seed : int
         Its seed.
+    guidance : str
+        Name of the guidance.
+    title : str
+        Name of the autopilot whose laws flew the exported mission; empty for the ideal guidance.
+    items : int
+        Number of the items of that mission.
+    notes : list of str
+        A sentence for each parameter of the autopilot that was changed.
     """
 
     problem: Problem
@@ -60,6 +69,10 @@ class FlightReport:
     wind: tuple[float, float]
     gusts: str
     seed: int
+    guidance: str = IDEAL
+    title: str = ""
+    items: int = 0
+    notes: list[str] = field(default_factory=list)
 
     def to_dict(self) -> dict[str, Any]:
         """The content of ``flight.json``; every number is finite or None."""
@@ -72,6 +85,9 @@ class FlightReport:
             "wind": list(self.wind),
             "gusts": self.gusts,
             "seed": self.seed,
+            "guidance": self.guidance,
+            "items": self.items or None,
+            "notes": self.notes,
             **self.verdict.to_dict(),
             "track": {
                 name: np.round(getattr(self.flown, name)[::every], digits).tolist()

@@ -133,6 +133,14 @@ class Simulator:
         self._executive["atmosphere/wind-east-fps"] = east_m_s / _FOOT_M
         self._executive["atmosphere/wind-north-fps"] = north_m_s / _FOOT_M
 
+    def wind(self) -> tuple[float, float]:
+        """Return the velocity of the air, gusts included, m/s in x and y."""
+        get = self._executive.get_property_value
+        return (
+            get("atmosphere/total-wind-east-fps") * _FOOT_M,
+            get("atmosphere/total-wind-north-fps") * _FOOT_M,
+        )
+
     def sense_ground(self, ground_m: float) -> None:
         """Tell the model the altitude of the ground below, for the turbulence and the mixture."""
         z = float(self._executive["position/h-sl-meters"])

@@ -19,10 +19,13 @@ from pathgene.host.files.output import prepare_directory
 from pathgene.host.formats.registry import check_formats, parse_formats
 from pathgene.host.inputs import opened, parse_json, read_text
 from pathgene.host.machine import available_cores
+from pathgene.host.mission.autopilot.hand_over import choices_of, hand_over_of
 from pathgene.host.mission.build import mission_of, search_of
-from pathgene.host.mission.export import exported
+from pathgene.host.mission.drawn import drawn_mission
+from pathgene.host.mission.ending import ending_of, with_end
+from pathgene.host.mission.export import exported_with_room
 from pathgene.host.mission.legs import shortcoming
-from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.mission import MissionProblem
 from pathgene.host.mission.planning import plan_mission
 from pathgene.host.options.table import options_of
 from pathgene.host.planners.base import Result
@@ -81,7 +84,9 @@ class Job:
         text = json.dumps({**values, "pathgene": version()}, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:20]
 
-    def make(self, say: Callable[[Reading, Reading], None] | None = None) -> tuple[Mission, Search]:
+    def make(
+        self, say: Callable[[Reading, Reading], None] | None = None
+    ) -> tuple[MissionProblem, Search]:
         """Return the mission and the search.
 
         Parameters
@@ -96,6 +101,8 @@ class Job:
         """
         mission = mission_of(self.values, say=say)
         check_formats(self.formats, mission.problem.terrain)
+        hand_over_of(self.values)
+        ending_of(self.values, mission.problem)
         return mission, search_of(self.values)
 
     @property
@@ -110,7 +117,7 @@ class _Task:
     """A job in the form that is sent to a process: by value, without files."""
 
     number: int
-    mission: Mission
+    mission: MissionProblem
     values: Mapping[str, Any]
 
 
@@ -267,17 +274,26 @@ def save(directory: Path, job: Job, outcome: Outcome, warn: Callable[[str], None
     folder = directory / job.name
     prepare_directory(folder)
     whole = mission_of(job.values).whole
+    ending = ending_of(job.values, whole)
     formats = [name for name in job.formats if name != "geojson"]  # Every run has it.
-    feasible = outcome.result.evaluation.feasible
+    feasible, path = outcome.result.evaluation.feasible, outcome.result.path
+    wanted = choices_of(job.values, whole)
+    evaluator = Evaluator(whole)
+    others, missing = exported_with_room(
+        whole, path, formats, warn, feasible=feasible, wanted=wanted
+    )
+    if missing is not None:
+        warn(missing)
     write_report(
         folder,
-        Evaluator(whole),
+        evaluator,
         outcome.result,
-        {**outcome.summary, "batch": {"file": job.file, "key": job.key}},
+        {**with_end(outcome.summary, ending), "batch": {"file": job.file, "key": job.key}},
         warn,
         picture=job.values.get("picture") is not False,
         grid=job.values.get("grid") is not False,
-        others=exported(whole, outcome.result.path, formats, warn, feasible=feasible),
+        others=others,
+        mission=lambda: drawn_mission(whole, evaluator.track(path), wanted) if feasible else None,
     )
 
 

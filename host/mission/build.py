@@ -6,16 +6,15 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pathgene.host.errors import InputError
 from pathgene.host.formats.classes import forbidding
-from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.mission import MissionProblem
 from pathgene.host.mission.problem_file import read_problem
 from pathgene.host.options.kinds import moment_of
 from pathgene.host.options.table import FALLBACKS, OWN, RULES, SEARCH, ZONE_READING
 from pathgene.host.planners import PLANNERS, named_or_default
-from pathgene.host.planning import Search
 from pathgene.host.problem.active_times import LONGEST_S
 from pathgene.host.problem.aircraft import DEFAULT, Aircraft
 from pathgene.host.problem.aircraft import load as load_aircraft
@@ -37,10 +36,13 @@ from pathgene.host.terrain.origin import at_origin
 from pathgene.host.terrain.stated import Stated
 
 
+if TYPE_CHECKING:
+    from pathgene.host.planning import Search
+
 __all__ = [
     "aircraft_of",
     "end_of",
-    "load_mission",
+    "load_problem",
     "mission_of",
     "options_for_flight",
     "placed_at",
@@ -64,7 +66,7 @@ _PRESSURES_HPA = (850.0, 1100.0)
 _DETOUR = 20
 
 
-def load_mission(file: str | Path) -> Mission:
+def load_problem(file: str | Path) -> MissionProblem:
     """Return the mission of a problem file; it has one leg without via points and a return.
 
     The file's planner and output are ignored.
@@ -84,7 +86,7 @@ def mission_of(
     terrain: Terrain | None = None,
     *,
     say: Callable[[Reading, Reading], None] | None = None,
-) -> Mission:
+) -> MissionProblem:
     """Return the mission; it has one leg without via points and a return.
 
     Parameters
@@ -126,7 +128,7 @@ def mission_of(
         zones_reading=read.reading,
         **rules_of(values),
     )
-    return Mission(problem, via_of(values, terrain), bool(values.get("return_to_start")))
+    return MissionProblem(problem, via_of(values, terrain), bool(values.get("return_to_start")))
 
 
 def search_of(values: Values) -> Search:
@@ -137,6 +139,9 @@ def search_of(values: Values) -> Search:
     InputError
         If there is no such planner, or a value is bad; also as :func:`planner_of`.
     """
+    # Loads the boards, which a check does without.
+    from pathgene.host.planning import Search
+
     planner = planner_of(values)
     having = PLANNERS[planner].options if planner in PLANNERS else ()
     return Search(

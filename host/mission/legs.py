@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluation, Evaluator
-from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.mission import MissionProblem
 from pathgene.host.planning import Plan
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
@@ -115,7 +115,7 @@ class MissionPlan(Plan):
         Its legs in order.
     """
 
-    mission: Mission
+    mission: MissionProblem
     legs: tuple[Leg, ...]
 
     @cached_property

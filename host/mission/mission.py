@@ -20,11 +20,11 @@ from pathgene.host.problem.way import WayProblem
 from pathgene.host.terrain.surface import surface_below
 
 
-__all__ = ["Mission"]
+__all__ = ["MissionProblem"]
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Mission:
+class MissionProblem:
     """Start, via points, goal, and the return to the start: legs from each point to the next.
 
     A leg starts with the heading at which the previous leg arrives, so the path of all legs turns

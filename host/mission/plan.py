@@ -7,7 +7,7 @@ from typing import Any
 
 from pathgene.host.checking import evaluator_of
 from pathgene.host.errors import InputError
-from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.mission import MissionProblem
 from pathgene.host.mission.planning import plan_mission
 from pathgene.host.options.arguments import require_functions
 from pathgene.host.planners.base import Progress, Stop
@@ -19,7 +19,7 @@ __all__ = ["plan", "plan_together"]
 
 
 def plan(
-    problem: Problem | Mission,
+    problem: Problem | MissionProblem,
     planner: str | None = None,
     *,
     seed: int = 0,
@@ -38,7 +38,7 @@ def plan(
 
     Parameters
     ----------
-    problem : Problem or Mission
+    problem : Problem or MissionProblem
         Terrain, ends, aircraft, zones and wind; a mission has several legs, and each is planned
         with the same options.
     planner : str, optional
@@ -99,7 +99,7 @@ def plan(
         **options,
     )
     stop = Stop(cancel)
-    if isinstance(problem, Mission):
+    if isinstance(problem, MissionProblem):
         return plan_mission(problem, search, progress=progress, stop=stop)
     return search.run(evaluator_of(problem), progress=progress, stop=stop)
 

@@ -21,7 +21,7 @@ from pathgene.host.mission.legs import (
     capitalised,
     reason_of_joint,
 )
-from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.mission import MissionProblem
 from pathgene.host.planners.base import Observer, Progress, Result, Stop
 from pathgene.host.planning import Plan, Search
 from pathgene.host.problem.ends import Point
@@ -41,7 +41,7 @@ _SHORTEST_RUN_M = 1e-6
 
 
 def plan_mission(
-    mission: Mission,
+    mission: MissionProblem,
     search: Search,
     *,
     progress: Progress | None = None,
@@ -122,7 +122,7 @@ def _reason(legs: list[Leg], evaluation: Evaluation, search: Search) -> Reason |
 
 
 def _plan_legs(
-    mission: Mission,
+    mission: MissionProblem,
     search: Search,
     progress: Progress | None,
     stop: Stop | None,
@@ -166,7 +166,7 @@ def _plan_legs(
 
 
 def _plan_leg(
-    mission: Mission,
+    mission: MissionProblem,
     search: Search,
     evaluator: Callable[..., Evaluator],
     before: Sequence[Leg],
@@ -218,7 +218,7 @@ def _plan_leg(
 
 
 def _joined_evaluator(
-    mission: Mission,
+    mission: MissionProblem,
     problem: Problem,
     before: NDArray[np.float64],
     elapsed_s: float,
@@ -248,7 +248,7 @@ def _joined_evaluator(
 
 
 def _rejoined(
-    mission: Mission,
+    mission: MissionProblem,
     search: Search,
     stop: Stop | None,
     evaluator: Callable[..., Evaluator],

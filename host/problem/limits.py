@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.problem.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from pathgene.host.problem.rules import Rules
 
 
 __all__ = [
     "GRAVITY_M_S2",
-    "SEA_LEVEL_DENSITY_KG_M3",
     "Limits",
+    "pressure_on_wing",
     "slope_limits",
     "slope_of_thrust",
     "steady_thrust",
@@ -29,7 +30,6 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 GRAVITY_M_S2 = 9.80665
-SEA_LEVEL_DENSITY_KG_M3 = 1.225
 _HALVINGS = 60
 
 
@@ -82,7 +82,7 @@ class Limits:
         ceilings = (rules.ceiling_m, aircraft.service_ceiling_m)
         return Limits(
             turn_radius_in_wind_m(aircraft, wind)
-            if stall <= aircraft.cruise_speed_m_s
+            if stall <= aircraft.aerodynamic_speed_m_s
             else math.inf,
             climb,
             descent,
@@ -110,9 +110,18 @@ def stall_speed_in_turn_m_s(aircraft: Aircraft) -> float:
     return math.sqrt(2.0 * lift / area)
 
 
+def pressure_on_wing(aircraft: Aircraft) -> float:
+    """Return the dynamic pressure at cruise times the wing area, newtons.
+
+    The density is the one at sea level, so it suits an equivalent airspeed.
+    """
+    speed = aircraft.aerodynamic_speed_m_s
+    return 0.5 * SEA_LEVEL_DENSITY_KG_M3 * speed**2 * aircraft.wing_area_m2
+
+
 def steady_thrust(aircraft: Aircraft, slope_rad: float, weight: float) -> float:
     """Return the thrust that holds a slope at a weight, newtons."""
-    area = 0.5 * SEA_LEVEL_DENSITY_KG_M3 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
+    area = pressure_on_wing(aircraft)
     lift = weight * math.cos(slope_rad)
     drag = area * aircraft.zero_lift_drag_coefficient
     drag += aircraft.induced_drag_factor * lift**2 / area

@@ -52,7 +52,8 @@ class Problem:
         x, y and altitude. Different points inside the map (the rectangle of its nodes), not below
         the ground, not over a void, not in a no-fly zone.
     aircraft : Aircraft, str or Path
-        The aircraft, the name of a shipped one, or the TOML file of one.
+        The aircraft, the name of a shipped one, or the TOML file of one. The attribute has the true
+        airspeed and the turn at the mean altitude of start and goal.
     zones : iterable of Zone
         No-fly zones. The attribute has the tiles of zones with limits above the ground; see
         :func:`pathgene.host.problem.tiles.wholes`.
@@ -127,11 +128,16 @@ class Problem:
         if rules is None:
             terrain = terrain.on_paper
         half_a_cell_m = 0.5 * min(terrain.dx_m, terrain.dy_m)
+        aircraft = aircraft if isinstance(aircraft, Aircraft) else load(aircraft)
+        ends = (
+            end_point("start", start, terrain, agl=agl, geo=geo),
+            end_point("goal", goal, terrain, agl=agl, geo=geo),
+        )
         for name, value in {
             "terrain": terrain,
-            "start": end_point("start", start, terrain, agl=agl, geo=geo),
-            "goal": end_point("goal", goal, terrain, agl=agl, geo=geo),
-            "aircraft": aircraft if isinstance(aircraft, Aircraft) else load(aircraft),
+            "start": ends[0],
+            "goal": ends[1],
+            "aircraft": aircraft.at(0.5 * (ends[0][2] + ends[1][2])),
             "zones": over_ground(listed(zones), terrain),
             "wind": finite("wind", wind, 2),
             "ds_m": half_a_cell_m if ds_m is None else real("sampling step", ds_m),
@@ -168,6 +174,9 @@ class Problem:
                 f"A sampling step of {self.ds_m:g} m makes more than {_MOST_SAMPLES:,} samples of "
                 f"the way from start to goal; increase it to {1.1 * way_m / _MOST_SAMPLES:.2g} m."
             )
+        self._check_wind()
+
+    def _check_wind(self) -> None:
         if not math.hypot(*self.wind) < self.aircraft.cruise_speed_m_s:
             raise InputError(
                 f"A wind of {math.hypot(*self.wind):g} m/s is not below the airspeed of "

@@ -13,7 +13,6 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
 
 from pathgene.host.problem.aircraft import Aircraft
 from pathgene.host.problem.ends import Point
@@ -419,7 +418,20 @@ def _highest_around(heights: Floats, terrain: Terrain, corridor_m: float) -> Flo
 
 
 def _spread(raster: Floats, axis: int, nodes: int) -> Floats:
-    spread: Floats = maximum_filter1d(raster, 2 * nodes + 1, axis=axis, mode="nearest")
+    """Return the maximum within ``nodes`` of each node along an axis; SciPy takes 0.3 s to load."""
+    spread = raster.copy()
+    highest = np.moveaxis(spread, axis, 0)
+    nodes = min(nodes, len(highest) - 1)
+    within = 0
+    while within < nodes:
+        # The windows around nodes this far away touch the window around the node.
+        step = min(2 * within + 1, nodes - within)
+        near = highest.copy()
+        np.maximum(highest[step:], near[:-step], out=highest[step:])
+        np.maximum(highest[:-step], near[step:], out=highest[:-step])
+        np.maximum(highest[:step], near[0], out=highest[:step])
+        np.maximum(highest[-step:], near[-1], out=highest[-step:])
+        within += step
     return spread
 
 

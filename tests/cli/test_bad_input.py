@@ -267,7 +267,8 @@ def test_serve_refuses_a_busy_address(capsys):
     ("name", "content", "sentence"),
     [
         ("missing.csv", None, "Cannot read the path "),
-        ("path.csv", "lat,lon,alt\n1,2,3\n", "{}: the first line must be the header x,y,z."),
+        ("path.csv", "a,b,c\n1,2,3\n", "{}: the first line must be the header x,y,z."),
+        ("path.csv", "lat,lon,alt\n1,2,3\n", "{}: a line needs two rows or more."),
         (
             "path.csv",
             "x,y,z\n500,500,900\n5500,north,900\n",

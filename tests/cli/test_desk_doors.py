@@ -120,14 +120,14 @@ def test_missing_pages_are_refused_in_a_line_and_kept_nowhere(server, desk):
     _, port, cookie = desk
     client = http.client.HTTPConnection("127.0.0.1", int(port), timeout=60)
     sizes = []
-    for number in range(600):
+    for number in range(300):
         client.request("GET", f"/missing/{number}", headers={"Cookie": cookie})
         reply = client.getresponse()
         text = reply.read()
         assert (reply.status, reply.getheader("Content-Type")) == (404, "text/plain; charset=utf-8")
         assert text == b"No such page; the desk has one, at /.\n"
-        if number % 300 == 299:
+        if number % 150 == 149:
             sizes.append(memory_bytes(server[0]))
             assert opened(port, f"{cookie}; pathgene-desk-{port}-browser=somebody")
     client.close()
-    assert sizes[1] - sizes[0] < 5e6
+    assert sizes[1] - sizes[0] < 4e6

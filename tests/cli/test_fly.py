@@ -38,7 +38,7 @@ def summary(tmp_path):
 def test_flies_a_summary(summary, tmp_path, capsys):
     assert main(["fly", summary(), "--wind", "4,0", "--gusts", "light", "--seed", "3"]) == 0
     out = capsys.readouterr().out
-    assert out.startswith("kept           yes\naircraft       silver-fox\n")
+    assert out.startswith("kept           yes\naircraft       silver-fox\nguidance       ideal\n")
     assert {"flight.json", "flight.png"} <= {file.name for file in tmp_path.iterdir()}
     content = json.loads((tmp_path / "flight.json").read_text())
     assert (content["wind"], content["gusts"], content["seed"]) == ([4, 0], "light", 3)
@@ -84,3 +84,30 @@ def test_a_device_in_place_of_a_file_stays(summary, tmp_path):
     assert main(["fly", summary()]) == 0
     assert (tmp_path / "flight.json").is_symlink()
     assert (tmp_path / "flight.png").is_symlink()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--guidance", "inav"], "There is no guidance 'inav'; choose from ideal, ardupilot, px4"),
+        (["--guidance", "px4"], "place on Earth"),
+        (
+            ["--guidance", "px4", "--popup", "goal:300@20"],
+            "--guidance px4 flies an exported mission, which does not change in flight; leave",
+        ),
+    ],
+)
+def test_guidance_that_cannot_fly_is_refused(summary, tmp_path, capsys, options, message):
+    assert main(["fly", summary(), *options]) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "flight.json").exists()
+
+
+@pytest.mark.ci
+def test_flies_the_exported_mission(summary, capsys):
+    place = {"source": "hills", "fill_voids": False, "cell_m": None}
+    place |= {"crs": "EPSG:32632", "origin": [500_000.0, 5_200_000.0]}
+    main(["fly", summary(terrain=place), "--guidance", "px4"])
+    captured = capsys.readouterr()
+    assert "guidance       px4, " in captured.out
+    assert "flown with MIS_TKO_LAND_REQ 0." in captured.err

@@ -76,7 +76,7 @@ def calls(hills, older, out):
         pytest.param(errno.ENOSPC, False, marks=pytest.mark.long),
         (errno.ENOSPC, True),
         (errno.EIO, False),
-        (errno.EROFS, True),
+        pytest.param(errno.EROFS, True, marks=pytest.mark.long),
     ],
 )
 def test_a_failing_disk_leaves_the_older_run_or_the_newer_one(

@@ -3,6 +3,7 @@
 import json
 import re
 import shlex
+import signal
 import time
 from pathlib import Path
 
@@ -27,6 +28,7 @@ COMMANDS = [
     ("batch",),
     ("compare",),
     ("check",),
+    ("mend",),
     ("diagnose",),
     ("fly",),
     ("board",),
@@ -74,6 +76,12 @@ def place(tmp_path_factory):
     for name in ("problem", "north", "south"):
         (place / f"{name}.toml").write_text(template())
     (place / "path.csv").write_text("x,y,z\n1200,1200,600\n7000,9000,600\n14000,14000,600\n")
+    items = [
+        {"type": "SimpleItem", "command": 16, "frame": 0, "params": [0, 0, 0, None, lat, 10.4, 340]}
+        for lat in (45.93, 46.02)
+    ]
+    mission = {"fileType": "Plan", "version": 1, "mission": {"version": 2, "items": items}}
+    (place / "mission.plan").write_text(json.dumps(mission))
     (place / "out" / "plan").mkdir(parents=True)
     summary = {
         "waypoints": [(1200, 1200, 500), (7000, 9000, 500), (14000, 14000, 500)],
@@ -132,6 +140,7 @@ JSON = [
     "batch north.toml south.toml --planner astar --jobs 1 --no-picture --out batch",
     "problem check problem.toml",
     "check --terrain tile.tif --path path.csv",
+    "mend mission.plan --terrain tile.tif --dry-run",
     "diagnose --terrain tile.tif --agl --start 1200,1200,100 --goal 14000,14000,100",
     "fly out/plan/summary.json --out flight",
     "board info",
@@ -178,7 +187,7 @@ def test_options_are_grouped(command, outputs, capsys, monkeypatch):
     assert text.splitlines()[0].endswith("[OPTIONS]")
     found = groups(text)
     titles = [title for title in found if not title.startswith("options of ")]
-    assert [title for title in titles if title != "comparison"] == [
+    assert [title for title in titles if title not in ("comparison", "end of the mission")] == [
         "positional arguments",
         "options",
         "problem",
@@ -273,6 +282,26 @@ def test_debug_shows_a_traceback(capsys):
     error = capsys.readouterr().err
     assert "Traceback" in error
     assert error.splitlines()[-1].startswith("pathgene: There is no terrain 'nowhere.tif'")
+
+
+def test_an_interrupt_that_matplotlib_makes_an_error_is_an_interrupt(capsys, monkeypatch):
+    from matplotlib.backends.backend_agg import RendererAgg
+
+    import pathgene.host.cli.planners
+
+    class Box:
+        def __array__(self, *_):
+            signal.raise_signal(signal.SIGTERM)
+
+    def draws(rows):
+        RendererAgg(9, 9, 72).copy_from_bbox(Box())
+
+    monkeypatch.setattr(pathgene.host.cli.planners, "print_table", draws)
+    assert main(["planners"]) == 128 + signal.SIGTERM
+    assert capsys.readouterr().err == "pathgene: Interrupted before the end.\n"
+    # The next command knows nothing of the signal.
+    monkeypatch.setattr(pathgene.host.cli.planners, "print_table", lambda rows: 1 / 0)
+    assert main(["planners"]) == 1
 
 
 def test_an_internal_error_is_one_sentence(capsys, monkeypatch):

@@ -27,7 +27,7 @@ def test_an_output_folder(hills, tmp_path):
 def test_a_terrain_in_every_format(tmp_path, kept_kernels):
     write_base(tmp_path)
     land = (tmp_path / "land.npz").rename(tmp_path / f"{ODD}.npz")
-    ends = ("--start", "150,150,600", "--goal", "1850,1750,600")
+    ends = ("--start", "150,150,600", "--goal", "1550,1550,600")
     formats = "plan,waypoints,kml,html,geojson"
     out = tmp_path / "out"
     done = run_here("plan", "--terrain", land, *ends, *PLAN, "--write", formats, "--out", out)

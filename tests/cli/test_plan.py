@@ -12,6 +12,7 @@ import pytest
 import rasterio
 
 from pathgene.host.cli import main
+from pathgene.host.report import style
 from pathgene.host.terrain import load
 from tests.support.host.processes import Started
 
@@ -398,7 +399,7 @@ def test_geographic_ends_zones_and_path(projected, tmp_path, capsys):
     assert report["length_m"] == pytest.approx(summary["length_m"], abs=0.01)
 
 
-def test_no_picture_does_not_import_matplotlib(hills, tmp_path, capsys):
+def test_no_picture_does_not_import_matplotlib(hills, tmp_path, capsys, monkeypatch):
     (tmp_path / "path.png").write_bytes(b"of an earlier run")
     arguments = ["plan", "--terrain", str(hills), *ENDS, "--generations", "2", "--seed", "1"]
     script = (
@@ -416,7 +417,18 @@ def test_no_picture_does_not_import_matplotlib(hills, tmp_path, capsys):
     assert sorted(entry.name for entry in tmp_path.iterdir()) == names
     assert "path.png" not in done.stdout
     with_picture = tmp_path / "with picture"
+    printed = []
+
+    def saved(*drawn, save=style.save):
+        printed.append(capsys.readouterr().out)
+        save(*drawn)
+
+    monkeypatch.setattr(style, "save", saved)
     assert main([*arguments, "--out", str(with_picture)]) == 0
+    # The result is there before the picture.
+    (result,) = printed
+    assert "fitness" in result
+    assert capsys.readouterr().out == f"{'written':<17}  {with_picture / 'path.png'}\n"
     assert sorted(entry.name for entry in with_picture.iterdir()) == FILES
     one, other = summary_in(tmp_path), summary_in(with_picture)
     for summary in (one, other):

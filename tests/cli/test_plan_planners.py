@@ -85,7 +85,7 @@ def test_check_agrees_with_the_grid_search(hills, tmp_path, capsys):
     options = ("--planner", "astar", "--max-waypoints", "9", "--json", UNDRAWN)
     assert plan(hills, tmp_path, *options) == 0
     output = capsys.readouterr()
-    assert output.err.splitlines()[-1].startswith("generation 4/40  best 1.")
+    assert output.err.splitlines()[-1].startswith("generation 4/400  best 1.")
     summary = json.loads(output.out)
     assert (summary["planner"], summary["generations"]) == ("astar", 4)
     assert len(summary["waypoints"]) <= 11

@@ -327,7 +327,13 @@ def test_a_command_that_does_not_heed_its_signal_is_noticed(tmp_path, kind):
 
 
 @pytest.mark.ci
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.long) if name == "compare" else name
+        for name in COMMANDS
+    ],
+)
 def test_two_signals(trial, name):
     for seed, number in enumerate((signal.SIGTERM, signal.SIGHUP)):
         trial(name, number, seed)

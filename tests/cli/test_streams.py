@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from tests.support.gateware.chips import SMALL
+from tests.support.host.foreign import write_planted
 from tests.support.host.processes import Started
 from tests.unit.mission.autopilot.mavsdk_autopilot import Autopilot
 from tools.chips import board_url
@@ -24,7 +25,7 @@ from .conftest import ENDS, ROOT, run_here
 FILES = ["path.geojson", "path.png", "summary.json", "terrain.npz"]
 SILENT = (
     pytest.param("2>&-", marks=pytest.mark.ci),
-    pytest.param("2>full", marks=pytest.mark.ci),
+    pytest.param("2>full", marks=pytest.mark.long),
     "2>broken",
 )
 REASONS = {">&-": "Bad file descriptor", ">full": "No space left on device"}
@@ -112,8 +113,8 @@ def test_a_plan_without_standard_output_is_written(redirected, hills, tmp_path, 
 @pytest.mark.parametrize(
     "redirection",
     [
-        pytest.param(">broken 2>&1", marks=pytest.mark.ci),
-        pytest.param(">full 2>&1", marks=pytest.mark.ci),
+        pytest.param(">broken 2>&1", marks=pytest.mark.long),
+        pytest.param(">full 2>&1", marks=pytest.mark.long),
         pytest.param(">&- 2>&-", marks=pytest.mark.ci),
     ],
 )
@@ -281,6 +282,7 @@ COMMANDS = {
     "upload": (("upload", "{summary}", "--to", "{autopilot}"), None),
     # The URL is lost, so nobody could use the board, and it ends.
     "board serve": (("board", "serve", "--board", "{board}"), None),
+    "mend": (("mend", "{mission}", "--terrain", "{ground}", "--out", "{out}/n.plan"), "n.plan"),
 }
 
 
@@ -295,6 +297,7 @@ def inputs(hills, tmp_path_factory):
     (folder / "path.csv").write_text("x,y,z\n500,500,500\n5500,3500,500\n")
     np.save(folder / "map.npy", np.zeros((32, 32), np.int64))
     (folder / "cells.csv").write_text("x,y,z\n1,1,5\n20,20,5\n")
+    mission, ground = write_planted(folder, "ridge", faulty=True)
     autopilot = Autopilot()
     yield {
         "autopilot": autopilot.address,
@@ -305,6 +308,8 @@ def inputs(hills, tmp_path_factory):
         "path": folder / "path.csv",
         "map": folder / "map.npy",
         "cells": folder / "cells.csv",
+        "mission": mission,
+        "ground": ground,
     }
     autopilot.close()
 

@@ -88,7 +88,14 @@ def test_quick_commands_run(page, tmp_path):
 
 
 @pytest.mark.ci
-@pytest.mark.parametrize("page", pages_with(slow=True))
+@pytest.mark.parametrize(
+    "page",
+    [
+        # The pages of a newcomer; the reference has variants of commands tested elsewhere.
+        pytest.param(page, marks=[pytest.mark.long] if page == "docs/reference.md" else [])
+        for page in pages_with(slow=True)
+    ],
+)
 def test_slow_commands_run(page, tmp_path):
     run_page(page, tmp_path, slow=True)
 

@@ -162,7 +162,7 @@ with open_board("model:?checker=none") as chip:
 """
 
 
-@pytest.mark.ci
+@pytest.mark.long
 def test_a_message_is_a_row_of_each_part(tmp_path):
     copy_sources(tmp_path)
     (places,) = recipe("Add a message", "text")

@@ -159,7 +159,7 @@ FORBIDDEN = {
     "The host's layers": ("host/terrain/load.py", "import pathgene.host.problem.problem"),
     "The planners' layers": (
         "host/planners/grid/astar.py",
-        "import pathgene.host.planners.chip.repairs",
+        "import pathgene.host.planners.chip.schedule",
     ),
     "never by name": ("host/cli/board.py", "import pathgene.sim.cache"),
     "imports the public API": ("sim/cache.py", "from pathgene import Problem"),

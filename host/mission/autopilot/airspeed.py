@@ -6,25 +6,19 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
-from pathgene.host.evaluation.fuel import air_density
-from pathgene.host.formats.flight_plan import CHANGE_SPEED, Item
+from pathgene.host.formats.flight_plan import CHANGE_SPEED, LAND, Item
 from pathgene.host.problem.aircraft import Aircraft
-from pathgene.host.problem.limits import SEA_LEVEL_DENSITY_KG_M3
+from pathgene.host.problem.atmosphere import SEA_LEVEL_DENSITY_KG_M3, equivalent_m_s
 
 
-__all__ = ["equivalent_m_s", "with_speeds"]
+__all__ = ["with_speeds"]
 
-# A higher speed is worth an item from this share of the cruise speed on; a lower one always is,
-# because the aircraft needs it to keep its steepest climbs.
+# Share of the cruise speed by which the airspeed may be lower than planned to save an item. It is
+# never higher, because the aircraft needs the planned one to keep its steepest climbs.
 _WORTH = 0.02
 # Airspeed above the stall that an autopilot keeps, as a factor.
 _ABOVE_STALL = 1.2
 _AIRSPEED, _SAME_THROTTLE = 0.0, -1.0
-
-
-def equivalent_m_s(true_m_s: float, altitude_m: float) -> float:
-    """Return the equivalent airspeed of a true one in the standard atmosphere."""
-    return true_m_s * math.sqrt(air_density(altitude_m) / SEA_LEVEL_DENSITY_KG_M3)
 
 
 def with_speeds(items: Sequence[Item], aircraft: Aircraft) -> tuple[tuple[Item, ...], bool]:
@@ -44,17 +38,32 @@ def with_speeds(items: Sequence[Item], aircraft: Aircraft) -> tuple[tuple[Item, 
     """
     cruise = aircraft.cruise_speed_m_s
     least = _ABOVE_STALL * _stall_m_s(aircraft)
-    made, present, is_slow = [items[0]], cruise, False
     highest = [max(a.alt_m, b.alt_m) for a, b in pairwise(items)]
+    wanted = [
+        equivalent_m_s(cruise, max(highest[max(number - 1, 0) : number + 1]))
+        for number in range(len(highest))
+    ]
+    is_slow = min(wanted, default=cruise) < min(least, cruise)
+    wanted = [math.floor(10 * max(each, min(least, cruise))) / 10 for each in wanted]
+    made, present = [items[0]], cruise
     for number, item in enumerate(items[1:]):
-        wanted = equivalent_m_s(cruise, max(highest[max(number - 1, 0) : number + 1]))
-        is_slow |= wanted < min(least, cruise)
-        wanted = math.floor(10 * max(wanted, min(least, cruise))) / 10
-        if not present <= wanted < present + _WORTH * cruise:
-            made.append(Item(CHANGE_SPEED, (_AIRSPEED, wanted, _SAME_THROTTLE, 0.0), 0.0, 0.0, 0.0))
-            present = wanted
+        # PX4 takes the item before a landing for the beginning of its approach.
+        if item.command != LAND and not present <= wanted[number] < present + _WORTH * cruise:
+            present = _lasting(wanted[number:], _WORTH * cruise)
+            speed = (_AIRSPEED, present, _SAME_THROTTLE, 0.0)
+            made.append(Item(CHANGE_SPEED, speed, 0.0, 0.0, 0.0))
         made.append(item)
     return tuple(made), is_slow
+
+
+def _lasting(wanted: Sequence[float], tolerance_m_s: float) -> float:
+    """Return the speed that suits the most legs, none of which wants less or much more."""
+    low = high = wanted[0]
+    for each in wanted[1:]:
+        if max(high, each) - min(low, each) >= tolerance_m_s:
+            break
+        low, high = min(low, each), max(high, each)
+    return low
 
 
 def _stall_m_s(aircraft: Aircraft) -> float:

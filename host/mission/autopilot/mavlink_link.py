@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from pathgene.host.errors import InputError, JobError
+from pathgene.host.mission.autopilot.status_texts import StatusTexts
 from pathgene.host.numeric import whole
 
 
@@ -32,6 +33,8 @@ _ANSWER_S = 1.5
 _TRIES, _MOST_TRIES = 5, 10
 # Maximum timeout in seconds after answers to repeated messages.
 _MOST_ANSWER_S = 6.0
+# Heartbeats of further systems are waited for this long after the first one, in seconds.
+_OTHERS_S = 2.5
 # The numbers of messages begin again after this one, in each system of MAVLink.
 _NUMBERS = 256
 # A timeout, and the wait for late answers, in round trips.
@@ -40,7 +43,17 @@ _SCHEMES = ("udpout:", "udpin:", "tcp:")
 
 
 class NoReplyError(Exception):
-    """The autopilot does not answer."""
+    """The autopilot does not answer.
+
+    Parameters
+    ----------
+    systems : tuple of int
+        Systems that answer instead of the one that was asked for.
+    """
+
+    def __init__(self, systems: tuple[int, ...] = ()) -> None:
+        super().__init__(systems)
+        self.systems = systems
 
 
 class Link:
@@ -69,42 +82,69 @@ class Link:
         self._asked_s = -math.inf
         # The number of the autopilot's latest message, and whether the numbers have had a gap.
         self._number: int | None = None
-        self._loses = False
+        #: True if messages of the autopilot were lost.
+        self.loses = False
         self._next_beat = 0.0
         #: Address of the autopilot, and its kind, a value of MAV_AUTOPILOT.
         self.system = self.component = self.autopilot = 0
-        #: True if the motors may run, according to the latest heartbeat.
+        #: True if the motors may run, and the number of the mode, by the latest heartbeat.
         self.armed = True
+        self.mode = 0
+        #: Texts to the pilot.
+        self.texts = StatusTexts()
 
     @property
     def mav(self) -> Any:
         """Sends messages: a method of pymavlink for each."""
         return self._connection.mav
 
-    def find(self, wait_s: float) -> None:
+    def find(self, wait_s: float, system: int | None = None) -> None:
         """Wait for the heartbeat of an autopilot.
+
+        Parameters
+        ----------
+        wait_s : float
+            Maximum wait for the first heartbeat.
+        system : int, optional
+            Number of the system. Without it, further heartbeats are waited for, and there must be
+            one system only.
 
         Raises
         ------
         NoReplyError
-            If there is none for ``wait_s`` seconds.
+            If there is no heartbeat for ``wait_s`` seconds.
+        JobError
+            If several systems answer and none is chosen.
         """
-        from pymavlink import mavutil
-
-        no_autopilot = mavutil.mavlink.MAV_AUTOPILOT_INVALID
+        found: dict[int, Any] = {}
+        numbers: dict[tuple[int, int], int] = {}
         end = self._clock() + wait_s
-        while (left_s := end - self._clock()) > 0:
+        while system not in found and (left_s := end - self._clock()) > 0:
             message = self._read(left_s)
-            if (
-                message is not None
-                and message.get_type() == "HEARTBEAT"
-                and message.autopilot != no_autopilot
-            ):
-                self.system, self.component = message.get_srcSystem(), message.get_srcComponent()
-                self.autopilot = message.autopilot
-                self._note(message)
-                return
-        raise NoReplyError
+            if message is None:
+                continue
+            numbers[message.get_srcSystem(), message.get_srcComponent()] = message.get_seq()
+            if not _is_autopilot(message):
+                continue
+            if not found and system is None:
+                end = self._clock() + _OTHERS_S
+            # An autopilot's companions have higher numbers of components.
+            first = found.setdefault(message.get_srcSystem(), message)
+            if message.get_srcComponent() < first.get_srcComponent():
+                found[message.get_srcSystem()] = message
+        if system is None and len(found) > 1:
+            *some, last = sorted(found)
+            raise JobError(
+                f"Autopilots of systems {', '.join(map(str, some))} and {last} answer; choose one "
+                "with --system."
+            )
+        if not found or system not in (None, *found):
+            raise NoReplyError(tuple(sorted(found)))
+        message = next(iter(found.values())) if system is None else found[system]
+        self.system, self.component = message.get_srcSystem(), message.get_srcComponent()
+        self.autopilot = message.autopilot
+        self._number = numbers[self.system, self.component]
+        self._note_state(message)
 
     def ask(
         self,
@@ -129,7 +169,7 @@ class Link:
             If there is none after several repeats.
         """
         tries, begun_s = 0, self._clock()
-        while tries < (_MOST_TRIES if self._loses else _TRIES):
+        while tries < (_MOST_TRIES if self.loses else _TRIES):
             with _silent():
                 send()
             self._asked_s = self._clock()
@@ -137,7 +177,7 @@ class Link:
             end = self._asked_s + self._patience_s
             while (left_s := end - self._clock()) > 0:
                 message = self._read(left_s)
-                if message is None or not self._is_from(message):
+                if message is None or not (self._is_from(message) and _is_for_us(message)):
                     continue
                 if message.get_type() in kinds and accept(message):
                     self._measured(self._clock() - begun_s, is_sure=tries == 1)
@@ -206,10 +246,32 @@ class Link:
             return
         number = message.get_seq()
         if self._number is not None:
-            self._loses |= number != (self._number + 1) % _NUMBERS
+            self.loses |= number != (self._number + 1) % _NUMBERS
         self._number = number
         if message.get_type() == "HEARTBEAT":
-            self.armed = bool(message.base_mode & _ARMED)
+            self._note_state(message)
+        elif message.get_type() == "STATUSTEXT":
+            self.texts.take(message)
+
+    def _note_state(self, heartbeat: Any) -> None:
+        self.armed = bool(heartbeat.base_mode & _ARMED)
+        self.mode = heartbeat.custom_mode
+
+
+def _is_autopilot(message: Any) -> bool:
+    """Return whether a message is the heartbeat of an autopilot."""
+    from pymavlink import mavutil
+
+    no_autopilot = mavutil.mavlink.MAV_AUTOPILOT_INVALID
+    return message.get_type() == "HEARTBEAT" and bool(message.autopilot != no_autopilot)
+
+
+def _is_for_us(message: Any) -> bool:
+    """Return whether a message is for us or for all, rather than for another ground station."""
+    system, component = (
+        getattr(message, name, 0) for name in ("target_system", "target_component")
+    )
+    return system in (0, _SYSTEM) and component in (0, _COMPONENT)
 
 
 @contextlib.contextmanager

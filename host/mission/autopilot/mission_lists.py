@@ -1,4 +1,4 @@
-"""One list of an autopilot, its mission or its fence: it is sent, read, cleared and compared.
+"""One list of an autopilot, such as its mission: it is sent, read, cleared and compared.
 
 The mission protocol of MAVLink (https://mavlink.io/en/services/mission.html) carries the items.
 """
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from pathgene.host.formats.flight_plan import LAND, LOITER_TO_ALT
 from pathgene.host.mission.autopilot.mavlink_link import Link, NoReplyError
 
 
@@ -21,9 +22,11 @@ __all__ = [
     "MISSION",
     "NAMES",
     "PX4",
+    "RALLY",
     "ListError",
     "WireItem",
     "cancel",
+    "holds",
     "read",
     "transfer",
 ]
@@ -31,20 +34,28 @@ __all__ = [
 #: Values of MAV_AUTOPILOT.
 ARDUPILOT, PX4 = 3, 12
 #: Values of MAV_MISSION_TYPE, and their names in sentences.
-MISSION, FENCE = 0, 1
-NAMES = {MISSION: "mission", FENCE: "fence"}
+MISSION, FENCE, RALLY = 0, 1, 2
+NAMES = {MISSION: "mission", FENCE: "fence", RALLY: "rally list"}
 #: Steps of a position on the wire, for each degree.
 DEGREES = 10_000_000
 
 # Values of MAV_MISSION_RESULT.
-_ACCEPTED, _UNSUPPORTED, _INVALID_SEQUENCE, _DENIED, _CANCELLED = 0, 3, 13, 14, 15
+_ACCEPTED, _ERROR, _UNSUPPORTED = 0, 1, 3
+_INVALID_SEQUENCE, _DENIED, _CANCELLED = 13, 14, 15
+# Results that only an upload has, so that a request for a list is not answered by them.
+_ENDS = (_ACCEPTED, _INVALID_SEQUENCE, _CANCELLED)
 # Frames that mean the same on the wire: AMSL with degrees, and with degrees times 10 million.
 _SAME_FRAMES = {5: 0, 6: 3, 11: 10}
 # ArduPilot keeps altitudes in whole centimetres.
 _ARDUPILOT_ALTITUDE_M = 0.0101
+# Parameters that ArduPilot does not keep, by commands: the heading of a landing, and the request to
+# leave a loiter towards the next waypoint, which it does anyway.
+_UNKEPT = {LAND: 4, LOITER_TO_ALT: 1}
 # Maximum answers to a list, for each item, before the autopilot counts as stuck. PX4 asks again
 # after 0.25 s, so 16 times during a round trip of 4 s.
 _MAX_ANSWERS = 32
+# No autopilot keeps more items; a count of 65,535 is an error.
+_MOST_ITEMS = 10_000
 # Restarts of an upload that the autopilot gave up because messages were lost.
 _RESTARTS = 3
 
@@ -96,13 +107,24 @@ class WireItem:
 def transfer(link: Link, mission_type: int, items: Sequence[WireItem], autopilot: int) -> None:
     """Send a list, read it back and compare; an empty list clears the list of the autopilot.
 
-    An autopilot without such lists accepts the empty one.
+    An autopilot without such lists accepts the empty one. On a link that loses messages, a list
+    that is read back differently is sent once more: a late acknowledgement of an earlier list can
+    end an upload too early.
 
     Raises
     ------
     ListError
         If the autopilot refuses an item, falls silent, or returns a different list.
     """
+    try:
+        _transfer(link, mission_type, items, autopilot)
+    except _OtherListError:
+        if not link.loses:
+            raise
+        _transfer(link, mission_type, items, autopilot)
+
+
+def _transfer(link: Link, mission_type: int, items: Sequence[WireItem], autopilot: int) -> None:
     link.settle()
     try:
         if not _send(link, mission_type, items):
@@ -111,14 +133,14 @@ def transfer(link: Link, mission_type: int, items: Sequence[WireItem], autopilot
         # The confirmation may be lost, and ArduPilot answers a repeated last item with an error.
         link.settle()
         try:
-            _compare(mission_type, items, read(link, mission_type), autopilot)
+            _compare(mission_type, items, read(link, mission_type) or (), autopilot)
         except ListError:
             raise error from None
         return
     # The autopilot complains about items that were repeated because a request came late.
     link.settle()
     try:
-        got = read(link, mission_type)
+        got = read(link, mission_type) or ()
     except ListError as error:
         raise ListError(
             f"The autopilot took the {NAMES[mission_type]}, but {error.reason}", silent=error.silent
@@ -126,8 +148,8 @@ def transfer(link: Link, mission_type: int, items: Sequence[WireItem], autopilot
     _compare(mission_type, items, got, autopilot)
 
 
-def read(link: Link, mission_type: int) -> list[WireItem]:
-    """Return a list of the autopilot; an autopilot without such lists has an empty one.
+def read(link: Link, mission_type: int) -> list[WireItem] | None:
+    """Return a list of the autopilot, or None if it has no such lists.
 
     Raises
     ------
@@ -138,21 +160,20 @@ def read(link: Link, mission_type: int) -> list[WireItem]:
     items: list[WireItem] = []
     count: int | None = None
     try:
-        answer = _when_free(
-            link, mission_type, lambda: link.mav.mission_request_list_send(*to, mission_type)
-        )
-        if answer.get_type() == "MISSION_ACK":
-            if answer.type == _UNSUPPORTED:
-                return items
-            raise ListError(f"it does not give its list ({_result(answer.type)})")
-        count = answer.count
+        count = _count(link, mission_type)
+        if count is None:
+            return None
         while len(items) < count:
             found = link.ask(
                 lambda: link.mav.mission_request_int_send(*to, len(items), mission_type),
                 ("MISSION_ITEM_INT", "MISSION_ACK"),
                 lambda found: (
                     found.mission_type == mission_type
-                    and (found.get_type() == "MISSION_ACK" or found.seq == len(items))
+                    and (
+                        found.type not in _ENDS
+                        if found.get_type() == "MISSION_ACK"
+                        else found.seq == len(items)
+                    )
                 ),
             )
             if found.get_type() == "MISSION_ACK":
@@ -169,6 +190,23 @@ def read(link: Link, mission_type: int) -> list[WireItem]:
     return items
 
 
+def holds(link: Link, mission_type: int, items: Sequence[WireItem], autopilot: int) -> bool:
+    """Return whether the autopilot still holds a list that it has confirmed, by its length.
+
+    Raises
+    ------
+    ListError
+        If the autopilot does not answer.
+    """
+    try:
+        count = _count(link, mission_type) or 0
+    except NoReplyError:
+        raise ListError("The autopilot fell silent", silent=True) from None
+    link.mav.mission_ack_send(link.system, link.component, _ACCEPTED, mission_type)
+    is_home = mission_type == MISSION and autopilot == ARDUPILOT and not items
+    return count == len(items) or (is_home and count == 1)
+
+
 def cancel(link: Link, mission_types: Iterable[int]) -> None:
     """Release an autopilot that still waits for items, and discard its late requests for them."""
     for mission_type in mission_types:
@@ -176,15 +214,35 @@ def cancel(link: Link, mission_types: Iterable[int]) -> None:
     link.drain(late=True)
 
 
+class _OtherListError(ListError):
+    """The autopilot gives back another list than it was sent."""
+
+
 class _UnconfirmedError(ListError):
     """All items are sent, but the autopilot has not confirmed them."""
+
+
+def _count(link: Link, mission_type: int) -> int | None:
+    """Return the length of a list, or None if the autopilot has no such lists."""
+    to = link.system, link.component
+    answer = _when_free(
+        link, mission_type, lambda: link.mav.mission_request_list_send(*to, mission_type)
+    )
+    if answer.get_type() == "MISSION_ACK":
+        if answer.type == _UNSUPPORTED:
+            return None
+        raise ListError(f"it does not give its list ({_result(answer.type)})")
+    count = int(answer.count)
+    if count > _MOST_ITEMS:
+        raise ListError(f"it states {count} items, more than any autopilot keeps")
+    return count
 
 
 def _when_free(link: Link, mission_type: int, send: Callable[[], None]) -> Any:
     """Return the answer to a request for a list.
 
     ArduPilot denies the request while it waits for items of an aborted upload; it gives up after 8
-    s.
+    s. On a link that loses messages, an error is perhaps a late complaint about a repeated item.
     """
     busy = False
 
@@ -192,9 +250,11 @@ def _when_free(link: Link, mission_type: int, send: Callable[[], None]) -> Any:
         nonlocal busy
         if found.mission_type != mission_type:
             return False
-        is_denial = found.get_type() == "MISSION_ACK" and found.type == _DENIED
+        if found.get_type() != "MISSION_ACK":
+            return True
+        is_denial = found.type == _DENIED or (found.type == _ERROR and link.loses)
         busy = busy or is_denial
-        return not is_denial
+        return not is_denial and found.type not in _ENDS
 
     kinds = ("MISSION_COUNT", "MISSION_ACK")
     try:
@@ -272,11 +332,20 @@ def _send(link: Link, mission_type: int, items: Sequence[WireItem]) -> bool:
         if message.get_type() == "MISSION_ACK":
             if message.type == _UNSUPPORTED and not items:
                 return False
-            if message.type == _CANCELLED and restarts < _RESTARTS:
-                restarts += 1
-                link.settle()
-                sent, send = 0, announce
-                continue
+            # An item that arrives after the autopilot gave up is an error. It said so in a message
+            # that may be lost. A list that is accepted too early is an earlier one.
+            is_early = message.type == _ACCEPTED and sent < len(items)
+            is_late = message.type == _ERROR or is_early
+            gave_up = message.type == _CANCELLED or (link.loses and is_late)
+        else:
+            # A late request of an earlier upload of a longer list.
+            gave_up = message.seq >= len(items)
+        if gave_up and restarts < _RESTARTS:
+            restarts += 1
+            link.settle()
+            sent, send = 0, announce
+            continue
+        if message.get_type() == "MISSION_ACK":
             if message.type != _ACCEPTED:
                 raise kind(f"The autopilot refuses {place} ({_result(message.type)})")
             if sent < len(items):
@@ -303,19 +372,27 @@ def _compare(
     if has_home and not sent and len(got) == 1:
         return  # Home stays when a mission is cleared.
     if len(sent) != len(got):
-        raise ListError(f"The autopilot gives back {len(got)} items of the {name}, not {len(sent)}")
+        raise _OtherListError(
+            f"The autopilot gives back {len(got)} items of the {name}, not {len(sent)}"
+        )
     for number, (ours, theirs) in enumerate(zip(sent, got, strict=True)):
         if has_home and number == 0:
             continue  # Home is where the aircraft was armed.
-        difference = _difference(ours, theirs, autopilot, heights=mission_type == MISSION)
+        difference = _difference(ours, theirs, autopilot, mission_type=mission_type)
         if difference:
-            raise ListError(
+            raise _OtherListError(
                 f"The autopilot gives back item {number} of the {name} with another {difference}"
             )
 
 
-def _difference(ours: WireItem, theirs: WireItem, autopilot: int, *, heights: bool) -> str | None:
-    """Return the difference between two items, or None; fences have no heights."""
+def _difference(
+    ours: WireItem, theirs: WireItem, autopilot: int, *, mission_type: int
+) -> str | None:
+    """Return the difference between two items, or None.
+
+    Fences have no heights. Only missions continue with the next item; which item is the current one
+    depends on the flight.
+    """
     if ours.command != theirs.command:
         return f"command ({theirs.command}, not {ours.command})"
     if (ours.x, ours.y) != (theirs.x, theirs.y):
@@ -323,11 +400,16 @@ def _difference(ours: WireItem, theirs: WireItem, autopilot: int, *, heights: bo
             f"place ({theirs.x / DEGREES:.7f}, {theirs.y / DEGREES:.7f}, not "
             f"{ours.x / DEGREES:.7f}, {ours.y / DEGREES:.7f})"
         )
+    unkept = _UNKEPT.get(ours.command) if autopilot == ARDUPILOT else None
     for number, (our, their) in enumerate(zip(ours.params, theirs.params, strict=True), start=1):
+        if number == unkept:
+            continue
         # An autopilot may report 0 for a parameter that is left to it.
         if our != their and not (math.isnan(our) and (their == 0 or math.isnan(their))):
             return f"parameter {number} ({their:g}, not {our:g})"
-    if not heights:
+    if mission_type == MISSION and ours.autocontinue != theirs.autocontinue:
+        return f"autocontinue ({theirs.autocontinue}, not {ours.autocontinue})"
+    if mission_type == FENCE:
         return None
     our_frame, their_frame = (_SAME_FRAMES.get(item.frame, item.frame) for item in (ours, theirs))
     if our_frame != their_frame:

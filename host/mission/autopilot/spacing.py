@@ -47,13 +47,21 @@ def spaced(points: Sequence[Timed], apart_m: float) -> list[Timed]:
     return kept
 
 
-def accepted(points: Sequence[RoutePoint]) -> list[RoutePoint]:
-    """Return the waypoints with acceptance radii of 10 m or more, less than to any neighbour."""
+def accepted(points: Sequence[RoutePoint], roll_m: float = 0.0) -> list[RoutePoint]:
+    """Return the waypoints with acceptance radii of 10 m or more, less than to any neighbour.
+
+    Parameters
+    ----------
+    roll_m : float
+        Way that the aircraft flies while it begins to bank, by which turns begin earlier.
+    """
     legs = [math.inf, *(_across_m(*pair) for pair in pairwise(points)), math.inf]
     made = []
     for point, before_m, after_m in zip(points, legs, legs[1:], strict=False):
         near_m = min(before_m, after_m, MOST_ACCEPTANCE_M + 1.0)
-        wanted = max(point.acceptance_m, _LEAST_ACCEPTANCE_M)
+        wanted = _LEAST_ACCEPTANCE_M
+        if point.acceptance_m > _LEAST_ACCEPTANCE_M:
+            wanted = math.floor(point.acceptance_m + roll_m)
         made.append(replace(point, acceptance_m=max(1, min(wanted, math.ceil(near_m) - 1))))
     return made
 

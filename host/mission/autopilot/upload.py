@@ -1,4 +1,4 @@
-"""Upload of a mission and its fence: the autopilot gets both in full, or keeps the earlier ones.
+"""Upload of a mission, its fence and its rally points: all of them, or the earlier ones stay.
 
 ArduPilot writes each item of a mission as it arrives, so an upload that fails leaves the first
 items of the new mission before the last items of the old one.
@@ -8,14 +8,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, auto
 
 import numpy as np
 
 from pathgene.host.errors import JobError
-from pathgene.host.formats.flight_plan import WAYPOINT, FenceCircle, FlightPlan, Item
+from pathgene.host.formats.flight_plan import (
+    CHANGE_SPEED,
+    WAYPOINT,
+    FenceCircle,
+    FlightPlan,
+    Item,
+)
 from pathgene.host.mission.autopilot.fence_room import no_room
+from pathgene.host.mission.autopilot.flight_state import Mission, begin_at, flies_mission
 from pathgene.host.mission.autopilot.mavlink_link import Link
 from pathgene.host.mission.autopilot.mission_lists import (
     ARDUPILOT,
@@ -24,9 +31,11 @@ from pathgene.host.mission.autopilot.mission_lists import (
     MISSION,
     NAMES,
     PX4,
+    RALLY,
     ListError,
     WireItem,
     cancel,
+    holds,
     read,
     transfer,
 )
@@ -40,6 +49,8 @@ AUTOPILOTS = {"ardupilot": ARDUPILOT, "px4": PX4}
 # Parameters, counted from 1, in which ArduPilot accepts NaN, by command: waypoint, landing and
 # take-off, vertical take-off and landing. It refuses NaN everywhere else.
 _NAN_IN = {16: (4,), 21: (4,), 22: (4,), 84: (4,), 85: (3, 4)}
+# MAV_CMD_NAV_RALLY_POINT, and MAV_FRAME_GLOBAL_RELATIVE_ALT, as every ArduPilot takes its height.
+_RALLY_POINT, _OVER_HOME = 5100, 3
 # Attempts to restore a list; a late answer to the failed upload can spoil the first attempt.
 _ATTEMPTS = 2
 
@@ -48,24 +59,31 @@ class _State(Enum):
     """Content of a list of the autopilot after a failed upload."""
 
     EARLIER = auto()
+    NEW = auto()
     CLEARED = auto()
     UNKNOWN = auto()
 
 
 @dataclass(frozen=True)
 class Uploaded:
-    """Mission and fence that an autopilot has confirmed and returned unchanged.
+    """Lists that an autopilot has confirmed and returned unchanged.
 
     Parameters
     ----------
     mission_items, fence_items : int
         Numbers of items, ArduPilot's home included.
+    rally_points : int or None
+        Number of rally points; None if the autopilot has no such list.
+    mission : Mission
+        The mission as it will be flown.
     """
 
     system: int
     autopilot: int
     mission_items: int
     fence_items: int
+    rally_points: int | None
+    mission: Mission
 
     @property
     def autopilot_name(self) -> str:
@@ -74,12 +92,18 @@ class Uploaded:
         return names.get(self.autopilot, f"autopilot of kind {self.autopilot}")
 
 
-def upload(plan: FlightPlan, link: Link, *, autopilot: int | None = None) -> Uploaded:
-    """Upload the fence, then the mission; read both back and compare.
+def upload(
+    plan: FlightPlan,
+    link: Link,
+    *,
+    autopilot: int | None = None,
+    fence_corners: int | None = None,
+) -> Uploaded:
+    """Upload the fence, the rally points and the mission; read all back and compare.
 
-    An upload replaces the mission and the fence of the autopilot, so a plan without fences clears
-    the fence of an earlier one. Both are read first. After a failure or an interruption, they are
-    restored; on the ground, a list that cannot be restored is cleared.
+    An upload replaces these lists of the autopilot, so a plan without fences clears the fence of an
+    earlier one. All are read first. After a failure or an interruption, they are restored; on the
+    ground, a list that cannot be restored is cleared. A new mission begins with its first item.
 
     Parameters
     ----------
@@ -87,33 +111,70 @@ def upload(plan: FlightPlan, link: Link, *, autopilot: int | None = None) -> Upl
         Connection on which the autopilot has been found.
     autopilot : int, optional
         Its kind; by default the kind in its heartbeat. ArduPilot takes item 0 as home.
+    fence_corners : int, optional
+        Corners and circles for which it has room; by default those that its kind usually has.
 
     Raises
     ------
     JobError
-        If the autopilot has no room for the fence, refuses an item, falls silent, or returns a
-        different list, or if the upload is interrupted. The sentence says which mission and fence
-        the autopilot holds.
+        If the aircraft flies its mission, or if the autopilot has no room for the fence, refuses an
+        item, falls silent, or returns a different list, or if the upload is interrupted. The
+        sentence says which lists the autopilot holds.
     """
     kind = link.autopilot if autopilot is None else autopilot
-    too_large = no_room(plan.fence, kind)
+    too_large = no_room(plan.fence, kind, fence_corners)
     if too_large is not None:
         raise JobError(f"{too_large.removesuffix('.')}; nothing is uploaded.")
-    lists = {FENCE: _fence(plan, kind), MISSION: _mission(plan, kind)}
-    earlier = {mission_type: _earlier(link, mission_type) for mission_type in lists}
-    begun: list[int] = []
+    if flies_mission(link, kind):
+        raise JobError(
+            "The aircraft flies its mission, and an upload would change it under way, so nothing "
+            "is uploaded; land first, or let the aircraft circle in another mode."
+        )
+    link.texts.clear()
+    lists = {FENCE: _fence(plan, kind), RALLY: _rally(plan), MISSION: _mission(plan, kind)}
+    read_before = {mission_type: _earlier(link, mission_type) for mission_type in lists}
+    has_rally = read_before[RALLY] is not None
+    if not has_rally:
+        del lists[RALLY], read_before[RALLY]
+    earlier = {mission_type: items or [] for mission_type, items in read_before.items()}
+    states = dict.fromkeys(lists, _State.EARLIER)
     try:
-        for mission_type, items in lists.items():
-            begun.append(mission_type)
-            transfer(link, mission_type, items, kind)
+        for _ in range(_ATTEMPTS):
+            for mission_type, items in lists.items():
+                if flies_mission(link, kind):
+                    raise ListError("The aircraft has begun its mission during the upload")
+                states[mission_type] = _State.UNKNOWN
+                transfer(link, mission_type, items, kind)
+                states[mission_type] = _State.NEW
+            mission = _begun(link, lists[MISSION], kind)
+            # An autopilot that restarts may lose a list that it has confirmed.
+            if all(holds(link, each, items, kind) for each, items in lists.items()):
+                break
+        else:
+            raise ListError("The autopilot loses lists that it has confirmed")
     except (ListError, OSError, KeyboardInterrupt) as error:
-        states = _recovered(link, begun, earlier, kind)
-        raise JobError(f"{_reason(error)}; {_held(states, earlier)}.") from None
-    return Uploaded(link.system, kind, len(lists[MISSION]), len(lists[FENCE]))
+        is_silent = _recover(link, states, earlier, kind)
+        held = _held(states, lists, earlier, link, is_silent=is_silent)
+        raise JobError(f"{_reason(error)}; {held}.") from None
+    return Uploaded(
+        link.system,
+        kind,
+        len(lists[MISSION]),
+        len(lists[FENCE]),
+        len(lists[RALLY]) if has_rally else None,
+        mission,
+    )
 
 
-def _earlier(link: Link, mission_type: int) -> list[WireItem]:
-    """Return a list that the autopilot holds before the upload."""
+def _begun(link: Link, items: Sequence[WireItem], autopilot: int) -> Mission:
+    """Let a new mission begin with its first item."""
+    first = 1 if autopilot == ARDUPILOT else 0
+    flown = (number for number, item in enumerate(items) if item.command != CHANGE_SPEED)
+    return begin_at(link, first, next((n for n in flown if n >= first), first), autopilot)
+
+
+def _earlier(link: Link, mission_type: int) -> list[WireItem] | None:
+    """Return a list that the autopilot holds before the upload, None if it has no such lists."""
     try:
         return read(link, mission_type)
     except ListError as error:
@@ -124,19 +185,29 @@ def _earlier(link: Link, mission_type: int) -> list[WireItem]:
         ) from None
 
 
-def _recovered(
-    link: Link, begun: Sequence[int], earlier: Mapping[int, Sequence[WireItem]], autopilot: int
-) -> dict[int, _State]:
-    """Restore the lists that the upload has begun to replace, the last one first."""
-    states = dict.fromkeys(earlier, _State.EARLIER)
-    states |= dict.fromkeys(begun, _State.UNKNOWN)
+def _recover(
+    link: Link,
+    states: dict[int, _State],
+    earlier: Mapping[int, Sequence[WireItem]],
+    autopilot: int,
+) -> bool:
+    """Restore the lists that have changed, the last one first; return True if it fell silent."""
+    begun = [each for each, state in states.items() if state is not _State.EARLIER]
     try:
         cancel(link, begun)
-        for mission_type in reversed(begun):
-            states[mission_type] = _restored(link, mission_type, earlier[mission_type], autopilot)
-    except (_SilentError, OSError, KeyboardInterrupt):
-        pass  # The remaining lists stay unknown.
-    return states
+        for mission_type in reversed(states):
+            items = earlier[mission_type]
+            if mission_type in begun or not holds(link, mission_type, items, autopilot):
+                states[mission_type] = _State.UNKNOWN
+                states[mission_type] = _restored(link, mission_type, items, autopilot)
+        # It may have restarted meanwhile.
+        for mission_type, state in states.items():
+            items = earlier[mission_type] if state is _State.EARLIER else ()
+            if state is not _State.UNKNOWN and not holds(link, mission_type, items, autopilot):
+                states[mission_type] = _State.UNKNOWN
+    except (ListError, _SilentError, OSError, KeyboardInterrupt):
+        return True  # The remaining lists stay as they are.
+    return False
 
 
 class _SilentError(Exception):
@@ -169,32 +240,61 @@ def _reason(error: BaseException) -> str:
     return "The upload is interrupted"
 
 
-def _held(states: Mapping[int, _State], earlier: Mapping[int, Sequence[WireItem]]) -> str:
-    """Return which mission and fence an autopilot holds, and a remedy: the end of a sentence."""
+def _held(
+    states: Mapping[int, _State],
+    lists: Mapping[int, Sequence[WireItem]],
+    earlier: Mapping[int, Sequence[WireItem]],
+    link: Link,
+    *,
+    is_silent: bool,
+) -> str:
+    """Return which lists an autopilot holds, and a remedy: the end of a sentence."""
     texts = []
-    for mission_type in (MISSION, FENCE):
+    for mission_type in sorted(states):
         name = NAMES[mission_type]
         texts.append(
             {
                 _State.EARLIER: f"its earlier {name} ({len(earlier[mission_type])} items)",
+                _State.NEW: f"the new {name} ({len(lists[mission_type])} items)",
                 _State.CLEARED: f"no {name}, because the earlier one could not be restored",
                 _State.UNKNOWN: f"an unknown {name}, perhaps parts of the old and the new one",
             }[states[mission_type]]
         )
     remedy = (
-        "do not fly before an upload succeeds"
-        if _State.UNKNOWN in states.values()
-        else "upload again"
+        "upload again"
+        if _State.UNKNOWN not in states.values()
+        else "do not start the mission before an upload succeeds"
+        if link.armed
+        else "do not fly before an upload succeeds"
     )
-    return f"the autopilot now holds {texts[0]}, and {texts[1]}; {remedy}"
+    *some, last = texts
+    when = "held, when it last answered," if is_silent else "now holds"
+    return f"the autopilot {when} {', '.join(some)}, and {last}; {remedy}"
 
 
 def _mission(plan: FlightPlan, autopilot: int) -> list[WireItem]:
     home = Item(WAYPOINT, (0.0, 0.0, 0.0, None), *plan.home)
     items = (home, *plan.items) if autopilot == ARDUPILOT else plan.items
-    return [
+    made = [
         _wire(item.command, item.params, item.lat, item.lon, item.alt_m, autopilot)
         for item in items
+    ]
+    # PX4 continues with the item that is marked, or with the number of the item under way.
+    return [replace(made[0], current=1), *made[1:]] if autopilot == PX4 and made else made
+
+
+def _rally(plan: FlightPlan) -> list[WireItem]:
+    """Return the rally points as items; ArduPilot keeps their heights in whole metres."""
+    return [
+        WireItem(
+            _RALLY_POINT,
+            _OVER_HOME,
+            (0.0, 0.0, 0.0, 0.0),
+            round(lat * DEGREES),
+            round(lon * DEGREES),
+            float(math.ceil(height_m)),
+        )
+        for lat, lon, height_m in plan.rally
     ]
 
 

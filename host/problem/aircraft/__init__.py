@@ -1,7 +1,7 @@
 """Aircraft: their parameters, the shipped aircraft, and the user's own in TOML."""
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -9,6 +9,7 @@ from typing import Any
 from pathgene.host.errors import InputError
 from pathgene.host.inputs import exists, parse_toml, read_text
 from pathgene.host.numeric import is_number
+from pathgene.host.problem.atmosphere import true_m_s
 
 
 __all__ = ["DEFAULT", "Aircraft", "load", "names", "parse"]
@@ -19,6 +20,8 @@ DEFAULT = "silver-fox"
 # Every number of an aircraft lies between these bounds, so that products of some of them fit a
 # float.
 _LEAST, _MOST = 1e-12, 1e12
+# Altitude up to which the standard atmosphere is known.
+_HIGHEST_M = 20_000.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +52,11 @@ class Aircraft:
     propeller_efficiency : float
         Above 0 and at most 1.
     cruise_speed_m_s : float
-        The constant airspeed V of the evaluation.
+        The constant true airspeed V of the evaluation.
+    equivalent_speed_m_s : float or None
+        The equivalent airspeed of the cruise. If ``cruise_speed_m_s`` equals it, as in a file
+        without the latter, ``cruise_speed_m_s``, ``max_speed_m_s`` and ``turn_radius_m`` hold at
+        sea level, and a problem converts them by :meth:`at`.
     max_speed_m_s : float or None
         Top speed, not below the cruise speed. Not used by the evaluation.
     size_m : float or None
@@ -87,6 +94,7 @@ class Aircraft:
     fuel_weight_N: float | None = None
     lift_coefficient_max: float | None = None
     engine_power_W: float | None = None
+    equivalent_speed_m_s: float | None = None
     max_speed_m_s: float | None = None
     size_m: float | None = None
     service_ceiling_m: float | None = None
@@ -133,6 +141,29 @@ class Aircraft:
             )
 
     @property
+    def aerodynamic_speed_m_s(self) -> float:
+        """The airspeed of drag, power and stall, which count with the density at sea level."""
+        equivalent = self.equivalent_speed_m_s
+        return self.cruise_speed_m_s if equivalent is None else equivalent
+
+    def at(self, altitude_m: float) -> "Aircraft":
+        """Return the aircraft with the true airspeed and the turn at an altitude.
+
+        It is the same one unless its speeds hold at sea level. The bank of a turn is kept, so the
+        radius grows with the square of the speed.
+        """
+        if self.equivalent_speed_m_s != self.cruise_speed_m_s:
+            return self
+        most, altitude_m = self.max_speed_m_s, min(altitude_m, _HIGHEST_M)
+        true = true_m_s(self.cruise_speed_m_s, altitude_m)
+        return replace(
+            self,
+            cruise_speed_m_s=true,
+            turn_radius_m=self.turn_radius_m * (true / self.cruise_speed_m_s) ** 2,
+            max_speed_m_s=None if most is None else true_m_s(most, altitude_m),
+        )
+
+    @property
     def aspect_ratio(self) -> float:
         """Wing span squared over wing area."""
         return self.wing_span_m**2 / self.wing_area_m2
@@ -175,6 +206,8 @@ class Aircraft:
         InputError
             If a parameter is missing, unknown or bad; ``where`` names the table in the sentence.
         """
+        if "equivalent_speed_m_s" in table:
+            table = {"cruise_speed_m_s": table["equivalent_speed_m_s"], **table}
         known = {"name", "sources", *PARAMETERS}
         unknown = sorted(set(table) - known)
         if unknown:

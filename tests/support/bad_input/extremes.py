@@ -87,7 +87,7 @@ def repeated(rng: random.Random) -> Case:
             ("--planners", "ga-pc:refits=1:refits=2,ga-dp"),
         )
     )
-    ends = ("--start", "150,150,600", "--goal", "1850,1750,600")
+    ends = ("--start", "150,150,600", "--goal", "1550,1550,600")
     planners = () if "--planners" in two else ("--planners", "ga-pc")
     place = () if "--terrain" in two else ("--terrain", LAND)
     return Case("repeated", ("compare", *place, *ends, *planners, *two, "--out", "out"), {}, True)

@@ -21,7 +21,7 @@ from tests.support.bad_input.options import LAND
 from tests.support.host.missions import flight_of
 
 
-ENDS = ((150.0, 150.0, 600.0), (1850.0, 1750.0, 600.0))
+ENDS = ((150.0, 150.0, 600.0), (1550.0, 1550.0, 600.0))
 BETWEEN = (900.0, 1100.0, 650.0)
 
 

@@ -351,7 +351,7 @@ def store(rng: random.Random) -> Case:
     """Damaged stored runs of a comparison; intact ones would belong to another problem."""
     lines = [as_json(rng, RECORD) for _ in range(3)]
     arguments = (
-        "compare", "--terrain", LAND, "--start", "150,150,600", "--goal", "1850,1750,600",
+        "compare", "--terrain", LAND, "--start", "150,150,600", "--goal", "1550,1550,600",
         "--planners", "ga-pc", "--generations", "1", "--runs", "1", "--jobs", "1", "--out", ".",
     )  # fmt: skip
     return Case("store", arguments, {"runs.jsonl": b"\n".join(lines)})

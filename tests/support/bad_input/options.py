@@ -34,7 +34,7 @@ class Case:
 
 LAND = "../base/land.npz"
 CHECK = ("check", "--terrain", LAND, "--path", "../base/path.csv")
-_ENDS = ("--terrain", LAND, "--start", "150,150,600", "--goal", "1850,1750,600")
+_ENDS = ("--terrain", LAND, "--start", "150,150,600", "--goal", "1550,1550,600")
 # No folder can be created there, so with a good value the command ends with that error before its
 # work.
 _NOWHERE = ("--out", "../base/path.csv/out")

@@ -32,7 +32,7 @@ MOST_BYTES = 2 * 10**9
 # Seconds of the processor, which other programs do not lengthen.
 MOST_S = 20.0
 # Beginnings of the report on files that were read.
-REPORTED = ("pathgene: Terrain ", "pathgene: Note: ", "pathgene: Warning: ")
+REPORTED = tuple(f"pathgene: {each}" for each in ("Terrain ", "Mission ", "Note: ", "Warning: "))
 # Seconds of the clock after which a case that waits for nothing is killed.
 _DEADLINE_S = 15 * MOST_S
 

@@ -5,7 +5,8 @@ import math
 import pytest
 
 from bench import flight, pages
-from bench.flight import PLANNED, Row, rows, run
+from bench.flight import PLANNED, rows, run
+from bench.flight_rows import WEATHERS, Row
 from bench.report import Options
 from bench.scenarios import names
 from bench.store import Store
@@ -26,7 +27,7 @@ def test_rows_are_all_maps_aircraft_weathers_and_modes():
 
 
 def test_problems_are_those_of_the_row():
-    calm, along, across = (Row("river", "c172p", way, False) for way in flight.WEATHERS)
+    calm, along, across = (Row("river", "c172p", way, False) for way in WEATHERS)
     assert calm.problem().wind == (0, 0)
     task = along.problem()
     way = [b - a for a, b in zip(task.start, task.goal, strict=True)][:2]

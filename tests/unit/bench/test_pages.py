@@ -116,3 +116,15 @@ def test_keep_is_an_option_of_the_command(folder, monkeypatch, capsys):
     kept = json.loads((folder / "figures" / "simulation.json").read_text())
     assert kept["rows"] == [{"path": "short", "ms": 7}]
     assert Options().seeds != 7
+
+
+def test_a_table_is_kept_among_the_others(folder):
+    first = Report("Fast", ("a", "b"), [("x", 1)], further=[Report("Slow", ("a", "b"), [("y", 2)])])
+    pages.keep("speed", first)
+    pages.keep_table("speed", Report("Guided", ("a", "b"), [("z", 3)], data={"breaks": 1}))
+    pages.keep_table("speed", Report("Guided", ("a", "b"), [("z", 4)], data={"breaks": 2}))
+    content = json.loads((folder / "figures" / "speed.json").read_text())
+    assert (content["title"], content["breaks"]) == ("Fast", 2)
+    assert [each["title"] for each in content["further"]] == ["Slow", "Guided"]
+    assert content["further"][1]["rows"] == [{"a": "z", "b": 4}]
+    assert "date" in content["further"][1]["measured"]

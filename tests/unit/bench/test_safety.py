@@ -114,7 +114,7 @@ def start(tmp_path):
         )
 
 
-@pytest.mark.ci  # Starts processes that compile.
+@pytest.mark.long  # Starts processes that compile.
 def test_goes_on_where_it_was_interrupted_and_measures_stale_results_again(start, tmp_path):
     file = tmp_path / "safety.json"
     first = start()

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from pathgene.host.evaluation.fuel import air_density, air_distance, fuel_burned
+from pathgene.host.evaluation.fuel import air_distance, fuel_burned
 from pathgene.host.problem.aircraft import load
 
 
@@ -77,22 +77,6 @@ def test_weight_falls_along_the_flight():
     first = fuel_burned(FOX, 113.0, 10_000.0, 0.0, 10_000.0)
     second = fuel_burned(FOX, 113.0 - first, 20_000.0, 0.0, 20_000.0)
     assert first + second == pytest.approx(whole, rel=1e-12)
-
-
-# Published values of the standard atmosphere.
-@pytest.mark.parametrize(
-    ("altitude_m", "density"),
-    [
-        (0, 1.2250),
-        (1000, 1.1116),
-        (5000, 0.73612),
-        (11_000, 0.36392),
-        (15_000, 0.19367),
-        (20_000, 0.08803),
-    ],
-)
-def test_standard_atmosphere(altitude_m, density):
-    assert air_density(altitude_m) == pytest.approx(density, rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -3,13 +3,13 @@
 import pytest
 
 from pathgene.host.evaluation import Evaluator
-from tests.support.host.missions import flight_of, make_mission
+from tests.support.host.missions import SEEDS, flight, make_mission
 
 
 @pytest.fixture(scope="session")
 def missions():
-    """Return a hundred random missions."""
-    return [make_mission(seed) for seed in range(100)]
+    """Return random missions."""
+    return [make_mission(seed) for seed in SEEDS]
 
 
 @pytest.fixture(scope="session")
@@ -18,6 +18,6 @@ def tracks(missions):
 
 
 @pytest.fixture(scope="session")
-def plans(missions):
+def plans():
     """Return the missions in the form that an autopilot accepts."""
-    return [flight_of(*mission) for mission in missions]
+    return [flight(seed) for seed in SEEDS]

@@ -5,7 +5,7 @@ import pytest
 
 from pathgene.host.errors import InputError
 from pathgene.host.mission.build import (
-    load_mission,
+    load_problem,
     mission_of,
     options_for_flight,
     zone_choices_of,
@@ -33,8 +33,8 @@ def refusal(call, *arguments):
 def test_loads_the_mission_of_a_file(tmp_path):
     file = tmp_path / "problem.toml"
     file.write_text(template())
-    assert load_mission(str(file)).problem.terrain.name == "canyon"
-    assert refusal(load_mission, 3) == "The problem file must be the path of a file, not 3."
+    assert load_problem(str(file)).problem.terrain.name == "canyon"
+    assert refusal(load_problem, 3) == "The problem file must be the path of a file, not 3."
 
 
 @pytest.mark.parametrize(

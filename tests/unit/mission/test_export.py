@@ -124,29 +124,3 @@ def test_needs_a_place_on_earth(tmp_path):
         )
     (file,) = export(problem, path, ["geojson"], tmp_path, pytest.fail)
     assert json.loads(file.read_text())["crs_local"] is True
-
-
-def test_warns_of_a_circle_over_the_goal_that_comes_near_the_ground(tmp_path):
-    heights = np.zeros((41, 41))
-    heights[:, 38:] = 60.0  # A ridge 100 m beyond the goal.
-    terrain = Terrain("ridge", heights, 100.0, 100.0, "EPSG:32632", (5e5, 5e6))
-    problem = Problem(terrain, (200, 2000, 70), (3700, 2000, 70))
-    notes = []
-    export(problem, np.array([problem.start, problem.goal]), ["plan"], tmp_path, notes.append)
-    assert notes == [
-        "The mission ends with a circle of 150 m around the goal, over ground 10 m below it; land "
-        "or take over before the aircraft gets there."
-    ]
-
-
-@pytest.mark.parametrize(
-    ("name", "words"), [("Fort", "the no-fly zone Fort"), ("", "a no-fly zone;")]
-)
-def test_warns_of_a_circle_over_the_goal_that_enters_a_zone(tmp_path, name, words):
-    terrain = Terrain("plain", np.zeros((41, 41)), 100.0, 100.0, "EPSG:32632", (5e5, 5e6))
-    zones = [Circle(500, 500, 60, name="Far"), Circle(3850, 2000, 60, name=name)]
-    problem = Problem(terrain, (200, 2000, 70), (3700, 2000, 70), zones=zones)
-    notes = []
-    export(problem, np.array([problem.start, problem.goal]), ["plan"], tmp_path, notes.append)
-    (note,) = notes
-    assert f" around the goal, over {words}" in note

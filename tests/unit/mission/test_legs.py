@@ -8,7 +8,7 @@ import pytest
 
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.mission.legs import JoinedEvaluator, reason_of_joint
-from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.mission import MissionProblem
 from pathgene.host.mission.planning import _heading_deg, _joined_evaluator, plan_mission
 from pathgene.host.planners.base import Stop
 from pathgene.host.planning import Search
@@ -29,7 +29,7 @@ WIDE = np.array([VIA, (2100.0, 1500.0, 300.0), (1500.0, 2400.0, 300.0), GOAL])
 @pytest.fixture(params=[False, True], ids=["rules", "paper"])
 def evaluators(request):
     terrain = Terrain("flat", np.full((31, 41), 100.0), 100, 100)
-    mission = Mission(Problem(terrain, START, GOAL, as_paper=request.param), [VIA])
+    mission = MissionProblem(Problem(terrain, START, GOAL, as_paper=request.param), [VIA])
     ahead = np.array([START, (1800.0, 500.0, 300.0)])
     leg = mission.leg(1, start_heading_deg=90)
     joined = JoinedEvaluator(leg, ahead, mission.part((*map(tuple, ahead), VIA, GOAL)))
@@ -51,7 +51,7 @@ def test_a_leg_does_not_turn_back_at_the_via_point_by_one_arc():
     """The arc would have room, but would begin a kilometre ahead of the point."""
     terrain = Terrain("flat", np.full((31, 61), 100.0), 100, 100)
     start, via, goal = (500.0, 1500.0, 300.0), (5000.0, 1500.0, 300.0), (500.0, 2000.0, 300.0)
-    mission = Mission(Problem(terrain, start, goal), [via])
+    mission = MissionProblem(Problem(terrain, start, goal), [via])
     ahead = np.array([start])
     leg = mission.leg(1, start_heading_deg=90)
     joined = JoinedEvaluator(leg, ahead, mission.part((start, via, goal)))
@@ -101,7 +101,7 @@ def test_an_aircraft_that_stalls_in_its_turns_gets_no_penalty_for_a_joint():
     """The turn radius is infinite, and the penalty of each path stays finite."""
     terrain = Terrain("flat", np.full((31, 41), 100.0), 100, 100)
     weak = dataclasses.replace(load("silver-fox"), lift_coefficient_max=0.1)
-    mission = Mission(Problem(terrain, START, GOAL, weak), [VIA])
+    mission = MissionProblem(Problem(terrain, START, GOAL, weak), [VIA])
     joined = JoinedEvaluator(mission.leg(1), np.array([START]), mission.whole)
     back = np.array([VIA, (600.0, 600.0, 300.0), GOAL])
     together = Evaluator(mission.whole).evaluate(np.array([START, *back]))
@@ -123,7 +123,7 @@ def terrain():
 def dead_end(terrain):
     """The plan of a mission into a dead end and back."""
     problem = Problem(terrain, EAST, (3500.0, 2500.0, 250.0), zones=LANE)
-    return plan_mission(Mission(problem, [END_OF_LANE]), Search("astar", fallback="astar"))
+    return plan_mission(MissionProblem(problem, [END_OF_LANE]), Search("astar", fallback="astar"))
 
 
 def test_the_leg_that_cannot_turn_back_speaks_of_the_via_point(dead_end):
@@ -147,7 +147,7 @@ def test_the_leg_that_cannot_turn_back_speaks_of_the_via_point(dead_end):
 def test_following_the_advice_mends_it(terrain, dead_end):
     """The via point moves out of the lane, where there is room to turn."""
     problem = dead_end.mission.problem
-    mended = Mission(problem, [(2900.0, 2000.0, 250.0)])
+    mended = MissionProblem(problem, [(2900.0, 2000.0, 250.0)])
     assert plan_mission(mended, Search("astar", fallback="astar")).evaluation.feasible
 
 
@@ -173,9 +173,9 @@ def test_legs_with_fuel_enough_for_each_alone(terrain):
     """The tank lasts for each leg, and not for both."""
     fox = load("silver-fox")
     start, goal = (300.0, 500.0, 250.0), (3600.0, 500.0, 250.0)
-    whole = plan_mission(Mission(Problem(terrain, start, goal, fox)), Search("astar"))
+    whole = plan_mission(MissionProblem(Problem(terrain, start, goal, fox)), Search("astar"))
     small = dataclasses.replace(fox, fuel_weight_N=0.8 * whole.evaluation.fuel_N / 0.9)
-    mission = Mission(Problem(terrain, start, goal, small), [(1950.0, 500.0, 250.0)])
+    mission = MissionProblem(Problem(terrain, start, goal, small), [(1950.0, 500.0, 250.0)])
     plan = plan_mission(mission, Search("astar", fallback="astar"))
     assert [leg.feasible for leg in plan.legs] == [True, True]
     assert plan.reason is not None
@@ -191,7 +191,7 @@ def test_a_stop_after_the_last_leg_plans_no_leg_again(terrain):
     start, goal = (300.0, 500.0, 250.0), (3600.0, 500.0, 250.0)
     straight = Evaluator(Problem(terrain, start, goal, fox)).evaluate(np.array([start, goal]))
     small = dataclasses.replace(fox, fuel_weight_N=0.8 * straight.fuel_N / 0.9)
-    mission = Mission(Problem(terrain, start, goal, small), [(1950.0, 500.0, 250.0)])
+    mission = MissionProblem(Problem(terrain, start, goal, small), [(1950.0, 500.0, 250.0)])
 
     def legs_planned(is_stopped):
         stop, made = Stop(), []
@@ -214,7 +214,7 @@ def test_a_stop_after_the_last_leg_plans_no_leg_again(terrain):
 def test_a_leg_is_planned_alone_after_a_glide_that_burns_no_fuel(terrain):
     """The costs of both together would have no reference."""
     start, via, goal = (500.0, 500.0, 250.0), (2000.0, 500.0, 250.0), (3500.0, 500.0, 250.0)
-    mission = Mission(Problem(terrain, start, goal, as_paper=True), [via])
+    mission = MissionProblem(Problem(terrain, start, goal, as_paper=True), [via])
     leg = mission.leg(1)
     for height_m, has_reference in ((250.0, True), (900.0, False)):
         before = np.array([start, (1500.0, 500.0, height_m), via])
@@ -236,7 +236,7 @@ def test_a_zone_that_is_never_active_leaves_the_joints_as_they_are(planner):
     late = Zone.circle(3500.0, 2500.0, 100.0, t0_s=50_000.0)
     paths = []
     for zones in ((), (late,)):
-        mission = Mission(Problem(terrain, START, GOAL, zones=zones), [VIA])
+        mission = MissionProblem(Problem(terrain, START, GOAL, zones=zones), [VIA])
         options = {} if planner == "astar" else {"generations": 40}
         paths.append(plan_mission(mission, Search(planner, **options)).path)
     assert np.array_equal(*paths)

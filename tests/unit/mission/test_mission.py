@@ -8,7 +8,7 @@ import pytest
 
 from pathgene.host.errors import InputError, NoPathError
 from pathgene.host.evaluation import Evaluator, problem_utopia, utopia
-from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.mission import MissionProblem
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Circle
@@ -26,12 +26,12 @@ def problem(zones=(), **options):
 
 def refusal(*arguments, **options):
     with pytest.raises(InputError) as error:
-        Mission(*arguments, **options)
+        MissionProblem(*arguments, **options)
     return str(error.value)
 
 
 def test_the_points_of_a_mission_have_names():
-    mission = Mission(problem(), [VIA], return_to_start=True)
+    mission = MissionProblem(problem(), [VIA], return_to_start=True)
     assert mission.way == (START, VIA, GOAL, START)
     assert mission.names == ("the start", "via point 1", "the goal", "the start")
     assert mission.legs == 3
@@ -41,13 +41,13 @@ def test_the_points_of_a_mission_have_names():
 
 def test_a_mission_of_one_leg_is_its_problem():
     made = problem()
-    mission = Mission(made)
+    mission = MissionProblem(made)
     assert mission.whole is made
     assert mission.leg(0) is made
 
 
 def test_via_points_above_the_ground():
-    assert Mission(problem(), [(2000, 2500, 60)], agl=True).via == ((2000.0, 2500.0, 160.0),)
+    assert MissionProblem(problem(), [(2000, 2500, 60)], agl=True).via == ((2000.0, 2500.0, 160.0),)
 
 
 @pytest.mark.parametrize(
@@ -87,10 +87,10 @@ def test_refuses_bad_via_points(via, sentence):
 
 def test_the_goal_of_a_return_keeps_the_clearance():
     low = Problem(problem().terrain, START, (3500, 1000, 110))
-    assert Mission(low).legs == 1
+    assert MissionProblem(low).legs == 1
     assert refusal(low, return_to_start=True).startswith("The goal is 10.0 m above the ground, ")
     as_paper = Problem(low.terrain, START, low.goal, as_paper=True)
-    assert Mission(as_paper, return_to_start=True).legs == 2
+    assert MissionProblem(as_paper, return_to_start=True).legs == 2
 
 
 def test_names_a_leg_that_is_no_reference():
@@ -100,7 +100,7 @@ def test_names_a_leg_that_is_no_reference():
         "glide that it burns no fuel"
     )
     with pytest.raises(NoPathError) as error:
-        Mission(problem(), [(800, 600, 4000)])
+        MissionProblem(problem(), [(800, 600, 4000)])
     assert str(error.value).startswith(
         "Leg 2, from via point 1 to the goal: Every short way down to the goal is too steep"
     )
@@ -108,7 +108,7 @@ def test_names_a_leg_that_is_no_reference():
 
 
 def test_costs_of_the_whole_are_relative_to_the_lines_of_all_legs():
-    mission = Mission(problem(), [VIA], return_to_start=True)
+    mission = MissionProblem(problem(), [VIA], return_to_start=True)
     lines = [
         utopia(*ends, mission.problem.aircraft, (0.0, 0.0))
         for ends in ((START, VIA), (VIA, GOAL), (GOAL, START))
@@ -122,7 +122,7 @@ def test_costs_of_the_whole_are_relative_to_the_lines_of_all_legs():
 
 
 def test_a_path_may_end_where_it_starts():
-    mission = Mission(problem(), [VIA], return_to_start=True)
+    mission = MissionProblem(problem(), [VIA], return_to_start=True)
     for whole in (mission.whole, pickle.loads(pickle.dumps(mission.whole))):
         evaluation = Evaluator(whole).evaluate(np.array(mission.way))
         assert evaluation.feasible
@@ -131,7 +131,7 @@ def test_a_path_may_end_where_it_starts():
 
 
 def test_legs_take_headings_and_the_ends_their_own():
-    mission = Mission(problem(start_heading_deg=10, goal_heading_deg=20), [VIA])
+    mission = MissionProblem(problem(start_heading_deg=10, goal_heading_deg=20), [VIA])
     first = mission.leg(0, start_heading_deg=77, goal_heading_deg=88)
     last = mission.leg(1, start_heading_deg=77, goal_heading_deg=88)
     assert (first.start_heading_deg, first.goal_heading_deg) == (10, 88)
@@ -141,7 +141,7 @@ def test_legs_take_headings_and_the_ends_their_own():
 
 
 def test_legs_as_paper_have_no_headings():
-    leg = Mission(problem(as_paper=True), [VIA]).leg(1, start_heading_deg=77)
+    leg = MissionProblem(problem(as_paper=True), [VIA]).leg(1, start_heading_deg=77)
     assert (leg.as_paper, leg.start_heading_deg) == (True, None)
 
 
@@ -153,14 +153,14 @@ def test_times_of_zones_count_from_the_start_of_the_leg():
         Circle(3000, 2500, 100, t0_s=40),
         Circle(3000, 2500, 100),
     ]
-    mission = Mission(problem(zones), [VIA])
+    mission = MissionProblem(problem(zones), [VIA])
     assert mission.leg(0).zones == tuple(zones)
     times = [(zone.t0_s, zone.t1_s) for zone in mission.leg(1, elapsed_s=50).zones]
     assert times == [(None, 50), (10, 50), (None, None), (None, None)]
 
 
 def test_a_short_leg_is_sampled_no_longer_than_it_is():
-    mission = Mission(problem(ds_m=400, rules=Rules(clearance_m=0)), [(600, 500, 200)])
+    mission = MissionProblem(problem(ds_m=400, rules=Rules(clearance_m=0)), [(600, 500, 200)])
     assert mission.leg(0).ds_m == 100
     assert mission.leg(1).ds_m == 400
     assert math.isclose(mission.whole.ds_m, 400)

@@ -8,7 +8,7 @@ import pytest
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.mission.legs import MissionPlan, shortcoming
-from pathgene.host.mission.mission import Mission
+from pathgene.host.mission.mission import MissionProblem
 from pathgene.host.mission.plan import plan as plan_by_function
 from pathgene.host.mission.planning import plan_mission
 from pathgene.host.planners.base import Stop
@@ -30,7 +30,7 @@ def terrain():
 
 
 def mission(terrain, via=(VIA,), return_to_start=False, **options):
-    return Mission(Problem(terrain, START, GOAL, **options), via, return_to_start)
+    return MissionProblem(Problem(terrain, START, GOAL, **options), via, return_to_start)
 
 
 def search(generations=30, **options):
@@ -97,7 +97,7 @@ def test_legs_join_with_turns_that_fit(planned):
 def test_a_return_comes_near_the_goal_and_is_feasible(planner):
     """The fallback plans a turn beyond the goal, which random planners do not find."""
     land = load("canyon")
-    task = Mission(
+    task = MissionProblem(
         Problem(land, (300.0, 300.0, 266.0), (4700.0, 4600.0, 243.0)), return_to_start=True
     )
     plan = plan_mission(task, Search(planner, generations=30, fallback="astar"))

@@ -13,6 +13,8 @@ import pytest
 import pathgene
 from pathgene import InputError, JobError, PathgeneError, Problem, Terrain, Zone, check, plan
 from pathgene.host.cli import main
+from pathgene.host.mission.foreign.repairs import Means
+from tests.support.host.foreign import write_planted
 
 
 #: Libraries that are slow to import or not always needed.
@@ -214,6 +216,41 @@ def test_errors_are_those_of_the_command_line():
     assert issubclass(InputError, PathgeneError)
     assert issubclass(JobError, PathgeneError)
     assert (InputError.exit_status, JobError.exit_status) == (2, 1)
+
+
+def test_checks_a_mission_as_the_command_line_does(tmp_path, capsys):
+    file, land = write_planted(tmp_path, "fence", faulty=True, seed=2)
+    terrain = Terrain.load(land)
+    report = pathgene.Mission.load(file, terrain).check()
+    assert main(["check", "--terrain", str(land), "--path", str(file), "--json"]) == 1
+    by_command = json.loads(capsys.readouterr().out)
+    assert [each["sentence"] for each in report["faults"]] == [
+        each["sentence"] for each in by_command["faults"]
+    ]
+    assert report["rules"] == by_command["rules"]
+    file.write_text("{}")
+    with pytest.raises(InputError, match=r"this is not the content of a \.plan file, or "):
+        pathgene.Mission.load(file, terrain)
+    with pytest.raises(InputError, match=r"^The mission must be the path of a file, not None\.$"):
+        pathgene.Mission.load(None, terrain)
+
+
+def test_mends_a_mission(tmp_path, monkeypatch):
+    file, land = write_planted(tmp_path, "fence", faulty=True, seed=2)
+    terrain, mended = Terrain.load(land), tmp_path / "mended.plan"
+    mission = pathgene.Mission.load(file, terrain)
+    assert repr(mission).endswith("m.plan', 6 items)")
+    report = mission.mend(mended)
+    assert (report["mended"], report["before"]["feasible"]) == (True, False)
+    assert report["changes"]
+    assert pathgene.Mission.load(mended, terrain).check()["feasible"]
+    # The ceiling lies below the mission's lowest height, so that a short search is enough.
+    monkeypatch.setattr("pathgene.host.mission.foreign.mend._SEARCHED", dict.fromkeys(Means, 1))
+    low = pathgene.Mission.load(file, terrain, rules=pathgene.Rules(ceiling_m=1.0))
+    assert low.mend()["refusal"].startswith("The mission cannot be mended: ")
+    with pytest.raises(JobError, match=r"^The mission cannot be mended: "):
+        low.mend(tmp_path / "none.plan")
+    assert not (tmp_path / "none.plan").exists()
 
 
 def test_planners():

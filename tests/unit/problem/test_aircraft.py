@@ -5,10 +5,17 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.evaluation.fuel import fuel_burned
 from pathgene.host.problem.aircraft import PARAMETERS, Aircraft, load, names, parse
+from pathgene.host.problem.limits import Limits, steady_thrust
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
+from pathgene.host.terrain import Terrain
 
 
 FOX = load("silver-fox")
@@ -139,6 +146,32 @@ def test_loads_a_file(tmp_path):
     assert (aircraft.name, aircraft.weight_N, aircraft.oswald_efficiency) == ("Mine", 100.0, 0.8)
     assert aircraft.fuel_weight_N is None
     assert "fuel_weight_N" not in aircraft.to_dict()
+
+
+def test_an_equivalent_airspeed_is_converted_once_at_the_mean_altitude():
+    """The bank and the drag of the cruise are kept; the stall compares equivalent airspeeds."""
+    file = TOML.replace("cruise_speed_m_s", "lift_coefficient_max = 0.8\nequivalent_speed_m_s")
+    mine = parse(file + "max_speed_m_s = 24", "mine.toml")
+    terrain = Terrain("flat", np.full((41, 41), 2000.0), 50.0, 50.0)
+    ends = (400.0, 1000.0, 2600.0), (1600.0, 1000.0, 3400.0)
+    problem = Problem(terrain, *ends, mine, rules=Rules(corridor_m=0))
+    high = problem.aircraft
+    assert high == mine.at(3000.0)
+    assert high.cruise_speed_m_s == pytest.approx(20 * 1.1607, rel=1e-4)
+    assert high.max_speed_m_s == pytest.approx(24 * 1.1607, rel=1e-4)
+    assert high.turn_radius_m == pytest.approx(100 * 1.1607**2, rel=1e-3)
+    assert Aircraft.from_dict(high.to_dict(), "summary").at(0.0) == high
+    assert steady_thrust(high, 0.1, 100.0) == steady_thrust(mine, 0.1, 100.0)
+    stall = problem.limits.stall_speed_m_s
+    assert stall == pytest.approx(Limits.of(mine, (0.0, 0.0), Rules()).stall_speed_m_s)
+    assert high.equivalent_speed_m_s < stall < high.cruise_speed_m_s
+    assert not math.isfinite(problem.limits.turn_radius_m)
+    burned = Evaluator(problem).evaluate(np.array(ends)).fuel_N
+    run_m, rise_m = 1200.0, 800.0
+    length_m = math.hypot(run_m, rise_m)
+    assert burned == pytest.approx(fuel_burned(high, 100.0, run_m, rise_m, length_m))
+    assert burned == pytest.approx(fuel_burned(mine, 100.0, run_m, rise_m, length_m))
+    assert load("silver-fox").at(3000.0) == load("silver-fox")
 
 
 @pytest.mark.parametrize("name", names())

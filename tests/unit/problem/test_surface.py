@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.ndimage import maximum_filter1d
 
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.surface import _spread
 from pathgene.host.problem.zones import Circle
 from pathgene.host.terrain import Terrain
 from tests.support.host.flight_oracle import surface
@@ -42,6 +44,15 @@ def test_no_node_lies_below_what_its_square_demands(corridor_m):
         floor = problem.surface.elevation[iy, ix]
         blocked = np.isnan(floor)
         assert (blocked | (floor >= surface(terrain, x, y) + 30.0 - 1e-9)).all()
+
+
+def test_spread_is_the_maximum_of_a_window():
+    rng = np.random.default_rng(3)
+    for nodes in range(12):
+        for axis in (0, 1):
+            raster = rng.random(rng.integers(1, 9, 2))
+            expected = maximum_filter1d(raster, 2 * nodes + 1, axis=axis, mode="nearest")
+            np.testing.assert_array_equal(_spread(raster, axis, nodes), expected)
 
 
 def test_flat_land_is_raised_by_the_clearance_and_zones_by_their_tops():

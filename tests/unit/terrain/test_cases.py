@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pathgene.host.errors import InputError
-from pathgene.host.mission.build import load_mission
+from pathgene.host.mission.build import load_problem
 from pathgene.host.terrain import load
 from pathgene.host.terrain.stated import Stated
 from tests.support.host.cases import case
@@ -58,4 +58,4 @@ def test_a_byte_order_mark(tmp_path):
         '\ufeff[terrain]\nsource = "canyon"\n[mission]\nstart = [300, 300, 60]\n'
         "goal = [4700, 4600, 60]\nagl = true\n".encode()
     )
-    assert load_mission(tmp_path / "a.toml").problem.terrain.name == "canyon"
+    assert load_problem(tmp_path / "a.toml").problem.terrain.name == "canyon"

@@ -8,6 +8,7 @@ import threading
 from mavsdk import ComponentType, Configuration, Mavsdk
 from mavsdk.plugins.mission_raw import MissionRaw
 from mavsdk.plugins.mission_raw_server import MissionRawServer, MissionRawServerResult
+from pymavlink.dialects.v20 import common as mavlink
 
 
 def free_port():
@@ -61,31 +62,37 @@ class Autopilot:
 
 
 class Proxy(threading.Thread):
-    """A UDP link that carries ``most`` datagrams from an autopilot, then nothing."""
+    """A UDP link that carries messages from an autopilot until it breaks, then nothing.
 
-    def __init__(self, port, most):
+    ``breaks`` is called with each message of the autopilot; the first one for which it returns
+    true is lost, and all after it.
+    """
+
+    def __init__(self, port, breaks):
         super().__init__(daemon=True)
         self._inside = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._inside.connect(("127.0.0.1", port))
         self._outside = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._outside.bind(("127.0.0.1", 0))
         self.address = f"udpout:127.0.0.1:{self._outside.getsockname()[1]}"
-        self._left = most
+        self._breaks = breaks
         self._closed = threading.Event()
         self.start()
 
     def run(self):
         client = None
+        broken = False
+        parser = mavlink.MAVLink(None)
         while not self._closed.is_set():
             ready, _, _ = select.select([self._inside, self._outside], [], [], 0.05)
             if self._outside in ready:
                 data, client = self._outside.recvfrom(65536)
-                if self._left > 0:
+                if not broken:
                     self._inside.send(data)
             if self._inside in ready:
                 data = self._inside.recv(65536)
-                self._left -= 1
-                if self._left > 0 and client:
+                broken = broken or any(map(self._breaks, parser.parse_buffer(data) or []))
+                if client and not broken:
                     self._outside.sendto(data, client)
 
     def close(self):

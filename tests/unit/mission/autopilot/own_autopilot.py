@@ -7,7 +7,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from pathgene.host.mission.autopilot.mavlink_link import Link, open_link
 from pathgene.host.mission.autopilot.upload import upload
-from pathgene.sim.autopilot.autopilot import Autopilot, Start
+from pathgene.sim.autopilot.autopilot import Autopilot, Start, parameters_of
 from pathgene.sim.autopilot.connection import Connection
 from pathgene.sim.autopilot.items import Item
 from pathgene.sim.autopilot.pilot import Kind
@@ -49,7 +49,7 @@ class OwnAutopilot:
     asks_for : callable
         Maps the number of the item that it needs to the number that it asks for.
     mixes_lists : bool
-        It first answers a request for the mission by the size of the fence, and the reverse.
+        It first answers a request for a list by the size of another one.
     keeps_home : bool
         Home stays when its mission is cleared.
     loses : callable
@@ -90,6 +90,10 @@ class OwnAutopilot:
         self._kind = kind
         self._lists.home = self._home if kind == ARDUPILOT else None
         self._lists.rules = ARDUPLANE_RULES if kind == ARDUPILOT else PX4_RULES
+        self._autopilot.kind = Kind.ARDUPLANE if kind == ARDUPILOT else Kind.PX4
+        # PX4 starts missions without a landing, too.
+        self._autopilot.parameters = parameters_of(self._autopilot.kind)
+        self._autopilot.parameters["MIS_TKO_LAND_REQ"] = 0.0
 
     @property
     def armed(self):
@@ -102,7 +106,7 @@ class OwnAutopilot:
     @property
     def lists(self):
         made = {}
-        for kind in (0, 1):
+        for kind in (0, 1, 2):
             made[kind] = [
                 SimpleNamespace(
                     mission_type=kind,
@@ -185,9 +189,9 @@ class OwnAutopilot:
         return mavlink.MAVLink_mission_ack_message(*sender, result, mission_type=kind)
 
     def _other_count(self, message):
-        """Return the size of the fence for the mission's size, and the reverse."""
+        """Return the size of another list than the one that is asked for."""
         to = message.target_system, message.target_component
-        other = 1 - message.mission_type
+        other = (message.mission_type + 1) % 3
         return mavlink.MAVLink_mission_count_message(
             *to, len(self._lists.items[other]), mission_type=other
         )
@@ -219,14 +223,14 @@ class OwnAutopilot:
 KEPT = ("command", "frame", "x", "y", "z", "autocontinue")
 
 
-def connect(to, answer_s=0.3):
+def connect(to, answer_s=0.3, system=None):
     """Return a link on which the autopilot has been found: to an address, or in virtual time."""
     if isinstance(to, str):
         link = open_link(to, answer_s=answer_s)
     else:
         connection = Connection(to)
         link = Link(connection, answer_s, connection.clock)
-    link.find(20.0)
+    link.find(20.0, system)
     return link
 
 

@@ -101,10 +101,10 @@ def failure(own, plan):
 
 
 def restored(own):
-    mission, fence = (len(own.lists[kind]) for kind in (0, 1))
+    mission, fence, rally = (len(own.lists[kind]) for kind in (0, 1, 2))
     return (
-        f"the autopilot now holds its earlier mission ({mission} items), and its earlier fence "
-        f"({fence} items); upload again."
+        f"the autopilot now holds its earlier mission ({mission} items), its earlier fence "
+        f"({fence} items), and its earlier rally list ({rally} items); upload again."
     )
 
 
@@ -272,13 +272,14 @@ def refuse_items(message):
 
 
 def test_clears_on_the_ground_what_cannot_be_restored(loaded, pair):
-    fence = content(loaded)[1]
+    before = content(loaded)
     loaded.breaks = refuse_items
     sentence = failure(loaded, pair[1])
-    assert content(loaded) == {0: [], 1: fence}
+    assert content(loaded) == before | {0: []}
     assert sentence.endswith(
-        "; the autopilot now holds no mission, because the earlier one could not be restored, and "
-        f"its earlier fence ({len(fence)} items); upload again."
+        "; the autopilot now holds no mission, because the earlier one could not be restored, its "
+        f"earlier fence ({len(before[1])} items), and its earlier rally list ({len(before[2])} "
+        "items); upload again."
     )
 
 
@@ -303,12 +304,13 @@ def test_clears_nothing_of_an_aircraft_with_running_motors(loaded, pair):
 
     loaded.breaks = breaks
     sentence = failure(loaded, pair[1])
-    assert cleared == []
+    # A plan without rally points clears the earlier ones.
+    assert set(cleared) <= {2}
     assert loaded.lists[0]
     assert sentence.endswith(
         "; the autopilot now holds an unknown mission, perhaps parts of the old and the new one, "
-        f"and its earlier fence ({len(loaded.lists[1])} items); do not fly before an upload "
-        "succeeds."
+        f"its earlier fence ({len(loaded.lists[1])} items), and its earlier rally list "
+        f"({len(loaded.lists[2])} items); do not start the mission before an upload succeeds."
     )
 
 
@@ -324,10 +326,10 @@ def test_says_so_if_the_autopilot_refuses_to_clear_too(own, pair):
 def test_an_autopilot_that_held_nothing_holds_nothing(own, pair):
     own.breaks = Break("MISSION_ITEM_INT", 0, 3, 5)
     sentence = failure(own, pair[1])
-    assert content(own) == {0: [], 1: []}
+    assert content(own) == {0: [], 1: [], 2: []}
     assert sentence.endswith(
-        "; the autopilot now holds its earlier mission (0 items), and its earlier fence (0 items); "
-        "upload again."
+        "; the autopilot now holds its earlier mission (0 items), its earlier fence (0 items), and "
+        "its earlier rally list (0 items); upload again."
     )
 
 
@@ -343,10 +345,11 @@ def test_a_dead_link_is_said_and_not_waited_for_twice(loaded, pair):
     loaded.breaks = breaks
     loaded.follow(retry_s=100.0)  # A dead link carries no requests either.
     sentence = failure(loaded, pair[1])
+    fence, rally = len(loaded.lists[1]), len(loaded.lists[2])
     assert sentence.endswith(
-        "; the autopilot now holds an unknown mission, perhaps parts of the old and the new one, "
-        "and an unknown fence, perhaps parts of the old and the new one; do not fly before an "
-        "upload succeeds."
+        "; the autopilot held, when it last answered, an unknown mission, perhaps parts of the "
+        f"old and the new one, the new fence ({fence} items), and the new rally list ({rally} "
+        "items); do not fly before an upload succeeds."
     )
     # The tries of the upload, and none if restoring begins with a count.
     assert sent.seen == 3 - 1 + 5
@@ -378,7 +381,7 @@ def test_changes_nothing_if_the_autopilot_never_says_how_long_its_list_is(own, p
         "(0 of ? items); nothing is uploaded, "
     )
     assert own.breaks.seen == 5
-    assert own.lists == {0: [], 1: []}
+    assert own.lists == {0: [], 1: [], 2: []}
 
 
 def test_waits_for_the_end_of_an_upload_that_somebody_broke_off(own, pair):
@@ -407,7 +410,7 @@ def test_an_interrupted_restoring_is_said(own, pair, monkeypatch):
     own.breaks = Break("MISSION_ITEM_INT", 0, 2, lambda: os.kill(os.getpid(), signal.SIGINT), 10)
     with interrupts.caught():
         sentence = failure(own, pair[1])
-    assert sentence.startswith("The upload is interrupted; the autopilot now holds an unknown m")
+    assert sentence.startswith("The upload is interrupted; the autopilot held, when it last answ")
 
 
 def test_upload_is_whole_after_all_of_these(loaded, pair):

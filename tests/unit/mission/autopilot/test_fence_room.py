@@ -78,4 +78,14 @@ def test_export_says_which_autopilots_have_no_room():
         "circles in all; leave out zones that the path does not reach, or give them fewer corners."
     )
     assert len(fence_notes((polygon(90),))) == 2
+    assert fence_notes((polygon(70),), ARDUPILOT) == ()
     assert no_room((polygon(2000),), 0) is None
+
+
+def test_a_user_may_name_the_room_of_another_board():
+    assert no_room((polygon(200),), ARDUPILOT, 200) is None
+    assert no_room((polygon(84),), ARDUPILOT, 84) is not None
+    assert no_room((polygon(200),), PX4, 199) == (
+        "The fence has 200 corners of polygons and 0 circles, more than --fence-corners 199 has "
+        "room for; leave out zones that the path does not reach, or give them fewer corners."
+    )

@@ -9,6 +9,7 @@ import pytest
 from pathgene.host.flight.ground import demanded_m, known_surface_m
 from pathgene.host.mission.autopilot.loiter import loiter
 from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Circle
 from pathgene.host.terrain import Terrain
 
@@ -73,10 +74,24 @@ def test_no_zone_is_in_the_disc():
     end = loiter(problem(np.zeros((161, 161)), (4000.0, 4000.0, 60.0), zones=zones), EAST, APART_M)
     assert end.has_room
     assert math.dist((end.x_m, end.y_m), (4230.0, 4000.0)) >= end.disc_m + 60.0
-    # A zone that ends below the circle does not count.
-    below = (Circle(4230.0, 4000.0, 60.0, upper_m=40.0),)
-    end = loiter(problem(np.zeros((161, 161)), (4000.0, 4000.0, 60.0), zones=below), EAST, APART_M)
-    assert not end.way
+    # A zone that ends below the circle by more than the margin does not count.
+    for upper_m, counts in ((34.0, False), (36.0, True)):
+        zones = (Circle(4230.0, 4000.0, 60.0, upper_m=upper_m),)
+        task = problem(np.zeros((161, 161)), (4000.0, 4000.0, 60.0), zones=zones)
+        assert bool(loiter(task, EAST, APART_M).way) == counts
+
+
+@pytest.mark.parametrize(("ceiling_m", "highest_m"), [(89.0, 88.7), (80.0, 63.1)])
+def test_a_circle_after_a_climb_keeps_the_ceiling_above_the_ground(ceiling_m, highest_m):
+    y, x = 50.0 * np.mgrid[:161, :161]
+    basin = np.clip(0.1 * (np.hypot(x - 4000.0, y - 4000.0) - 100.0), 0.0, 90.0)
+    rules = Rules(clearance_m=30.0, ceiling_agl_m=ceiling_m)
+    task = problem(basin, (4000.0, 4000.0, 48.0), rules=rules)
+    end = loiter(task, EAST, APART_M)
+    assert end.has_room
+    assert end.z_m > 48.0
+    above = end.z_m - known_surface_m(task.terrain, *disc(end))
+    assert above.max() == pytest.approx(highest_m, abs=0.1)
 
 
 def test_a_goal_in_a_pit_has_no_room():
@@ -84,6 +99,23 @@ def test_a_goal_in_a_pit_has_no_room():
     heights[78:83, 78:83] = 0.0
     end = loiter(problem(heights, (4000.0, 4000.0, 60.0)), EAST, APART_M)
     assert (end.has_room, end.way, end.z_m) == (False, (), 60.0)
+
+
+def test_a_circle_that_no_turn_by_a_multiple_of_30_degrees_leads_to(monkeypatch):
+    heights = np.full((201, 201), 500.0)
+    y, x = 50.0 * np.mgrid[:201, :201]
+    place = (4530.0, 6095.0)
+    along = np.clip(((x - 5000.0) * -470.0 + (y - 5000.0) * 1095.0) / (470.0**2 + 1095.0**2), 0, 1)
+    heights[np.hypot(x - 5000.0 + 470.0 * along, y - 5000.0 - 1095.0 * along) <= 250.0] = 0.0
+    heights[np.hypot(x - 5000.0, y - 5150.0) <= 240.0] = 0.0
+    heights[np.hypot(x - place[0], y - place[1]) <= 400.0] = 0.0
+    task = problem(heights, (5000.0, 5000.0, 60.0))
+    end = loiter(task, EAST, APART_M)
+    assert end.has_room
+    assert math.dist((end.x_m, end.y_m), place) < 400.0
+    assert (known_surface_m(task.terrain, *disc(end)) == 0.0).all()
+    monkeypatch.setattr("pathgene.host.mission.autopilot.loiter._ACROSS", 0)
+    assert not loiter(task, EAST, APART_M).has_room
 
 
 def test_the_disc_is_wider_in_thin_air():

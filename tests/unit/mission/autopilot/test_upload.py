@@ -1,6 +1,7 @@
 """Uploads to MAVSDK's autopilot over UDP, and to our own autopilot that misbehaves."""
 
 import contextlib
+import itertools
 import math
 import os
 import pty
@@ -33,6 +34,11 @@ def until(condition):
     assert condition()
 
 
+def lists_of(plan):
+    """Return how many lists a plan fills."""
+    return 1 + bool(plan.fence) + bool(plan.rally)
+
+
 def assert_has(items, plan):
     """Assert that a list of MAVSDK's autopilot is the mission of a plan."""
     assert [item.seq for item in items] == list(range(len(plan.items)))
@@ -46,14 +52,19 @@ def assert_has(items, plan):
         assert math.isnan(item.param4) if item.command == 16 else item.param4 == 0
 
 
-def test_mavsdk_takes_a_hundred_missions_with_their_fences(plans, autopilot):
-    link = connect(autopilot.address)
+def test_mavsdk_takes_missions_with_their_fences(plans, autopilot):
+    link = connect(autopilot.address, system=1)
     for plan in plans:
         autopilot.received.clear()
         done = upload(plan, link)
-        until(lambda plan=plan: len(autopilot.received) >= 1 + bool(plan.fence))
-        *fence, mission = autopilot.received
+        until(lambda plan=plan: len(autopilot.received) >= lists_of(plan))
+        *fence, mission = (items for items in autopilot.received if items[0].mission_type != 2)
+        rally = [items for items in autopilot.received if items[0].mission_type == 2]
         assert_has(mission, plan)
+        assert [[(item.command, item.frame, item.z) for item in items] for items in rally] == (
+            [[(5100, 3, height) for _, _, height in plan.rally]] if plan.rally else []
+        )
+        assert done.rally_points == len(plan.rally)
         assert done.mission_items == len(plan.items)
         corners = sum(len(getattr(piece, "corners", [0])) for piece in plan.fence)
         assert done.fence_items == corners
@@ -68,8 +79,9 @@ def test_mavsdk_takes_a_hundred_missions_with_their_fences(plans, autopilot):
 )
 def test_a_broken_connection_is_one_sentence_and_the_next_upload_succeeds(plans, autopilot, most):
     plan = max(plans, key=lambda plan: len(plan.items))
-    proxy = Proxy(autopilot.port, most)
-    link = connect(proxy.address, answer_s=0.1)
+    left = itertools.count(1)
+    proxy = Proxy(autopilot.port, lambda _: next(left) >= most)
+    link = connect(proxy.address, answer_s=0.1, system=1)
     with pytest.raises(
         JobError,
         match=r"^The autopilot (fell silent at|took the|holds a) .* (succeeds|again)\.$",
@@ -79,10 +91,10 @@ def test_a_broken_connection_is_one_sentence_and_the_next_upload_succeeds(plans,
     proxy.close()
 
     autopilot.received.clear()
-    link = connect(autopilot.address, answer_s=1.5)  # As on the command line.
+    link = connect(autopilot.address, answer_s=1.5, system=1)  # As on the command line.
     assert upload(plan, link).mission_items == len(plan.items)
     link.close()
-    until(lambda: len(autopilot.received) >= 1 + bool(plan.fence))
+    until(lambda: len(autopilot.received) >= lists_of(plan))
     assert_has(autopilot.received[-1], plan)
 
 
@@ -117,7 +129,12 @@ def test_survives_lost_messages_and_old_requests(own, plans):
 def test_px4_says_the_same_in_other_words(own, plans):
     """Frames 5 and 0 mean the same, and 0 is a heading left to the autopilot."""
     own.kind = 12
-    own.alter = lambda item: setattr(item, "frame", 5) or setattr(item, "param4", 0.0)
+
+    def alter(item):
+        if item.mission_type == 0:
+            item.frame, item.param4 = 5, 0.0
+
+    own.alter = alter
     assert uploaded(own, plans[0]).autopilot_name == "px4"
 
 
@@ -149,13 +166,13 @@ def test_refuses_whatever_differs(own, plans, field, change, what):
     with pytest.raises(
         JobError,
         match=rf"^The autopilot gives back item 1 of the mission with "
-        rf"another {what} \(.*\); the autopilot now holds its earlier mission \(0 items\), and .*; "
+        rf"another {what} \(.*\); the autopilot now holds its earlier mission \(0 items\), its .*; "
         r"upload again\.$",
     ):
         uploaded(own, plans[0])
 
 
-def test_ardupilot_takes_a_hundred_missions(own, plans):
+def test_ardupilot_takes_missions(own, plans):
     """ArduPilot accepts NaN only in a few places; elsewhere it refuses the whole mission for it."""
     own.kind = 3
     for plan in plans:
@@ -192,7 +209,7 @@ def test_refuses_a_shorter_list(own, plans):
     own.keeps = 3
     count = len(plans[0].items)
     with pytest.raises(JobError) as refusal:
-        uploaded(own, plans[0])
+        uploaded(own, replace(plans[0], rally=()))
     assert str(refusal.value).startswith(
         f"The autopilot gives back 3 items of the mission, not {count}; the autopilot now holds "
     )
@@ -214,14 +231,21 @@ def test_the_size_of_the_other_list_is_no_answer(own, plans):
     ],
 )
 def test_refuses_requests_that_lead_nowhere(own, plans, number, sentence):
-    plan = next(plan for plan in plans if not plan.fence)
+    plan = replace(next(plan for plan in plans if not plan.fence), rally=())
     own.asks_for = lambda _number: number
     own.follow(timeout_s=1e6)  # It never gives up.
     with pytest.raises(JobError) as refusal:
         uploaded(own, plan)
     said = str(refusal.value).partition("; ")[0]
     assert said == sentence.format(len(plan.items))
-    assert own.lists == {0: [], 1: []}
+    assert own.lists == {0: [], 1: [], 2: []}
+
+
+def test_a_late_request_of_a_longer_list_is_no_failure(own, plans):
+    late = [99]
+    own.asks_for = lambda number: late.pop() if late else number
+    assert uploaded(own, plans[0]).mission_items == len(own.lists[0])
+    assert not late
 
 
 def test_clears_the_fence_of_an_earlier_mission(own, plans):

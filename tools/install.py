@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 
@@ -28,7 +30,8 @@ class SetupError(Exception):
 def set_up(level: str, venv: Path, root: Path) -> None:
     """Install all packages of a level in ``venv``, and the project in editable mode.
 
-    The environment is created if it is missing or belongs to another Python or folder.
+    The environment is created if it is missing or belongs to another Python or folder. The kernels
+    of the planners are compiled as soon as the packages for planning are there, beside the rest.
 
     Raises
     ------
@@ -41,17 +44,47 @@ def set_up(level: str, venv: Path, root: Path) -> None:
     if not venv_works(venv):
         make_venv(venv)
     say(f"installing packages for `{level}` into .venv")
-    pip(python, "install", "--no-compile", "--editable", f"{root}{EXTRAS[level]}")
-    # On all cores, because pip compiles on one. Some packages have files for other Pythons.
-    compiling: list[str | Path] = [python, "-m", "compileall", "-q", "-j", "0", venv / "lib"]
-    subprocess.run(compiling, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
-    if level != "plan":
-        check_libpython(python)
-        require_for_tests("iverilog", "for the tests on a second simulator")
-        require_for_tests("chromium", "for the tests of pages in a browser")
-    if level == "long":
-        require_for_tests("dieharder", "for the battery of random tests")
+    pip(python, "install", "--no-compile", "--editable", str(root))
+    with compiled_kernels(python):
+        if EXTRAS[level]:
+            pip(python, "install", "--no-compile", "--editable", f"{root}{EXTRAS[level]}")
+        # On all cores, because pip compiles on one. Some packages have files for other Pythons.
+        compiling: list[str | Path] = [python, "-m", "compileall", "-q", "-j", "0", venv / "lib"]
+        subprocess.run(compiling, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+        if level != "plan":
+            check_libpython(python)
+            require_for_tests("iverilog", "for the tests on a second simulator")
+            require_for_tests("chromium", "for the tests of pages in a browser")
+        if level == "long":
+            require_for_tests("dieharder", "for the battery of random tests")
     say(f"done in {time.monotonic() - start:.0f} s")
+
+
+@contextlib.contextmanager
+def compiled_kernels(python: Path) -> Iterator[None]:
+    """Compile the planners' kernels beside the body, and wait for them at its end.
+
+    A kernel that is not compiled here is compiled at its first use, so a failure only costs time
+    later.
+    """
+    process = subprocess.Popen(
+        [python, "-m", "pathgene.host.kernels"],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    try:
+        yield
+        if process.poll() is None:
+            say("compiling the planners' kernels")
+        if process.wait() != 0:
+            say("the kernels could not be compiled; the first plan compiles them.")
+    finally:
+        # All its processes, after an error or Ctrl-C.
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
 
 
 def venv_works(venv: Path) -> bool:

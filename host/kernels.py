@@ -1,0 +1,74 @@
+"""``python -m pathgene.host.kernels``: compile the kernels of all planners before the first plan.
+
+A set-up calls it while packages are downloaded; otherwise the first plan on a machine waits for
+them. One process compiles the kernels of the host, and one those of the chip's model, about 25
+processor seconds each. Kernels that are on disk already are only loaded.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+
+from pathgene.hdl.config import GeneticCore
+from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.compiling import compile_evaluation
+from pathgene.host.device.boards import open_board, with_core
+from pathgene.host.diagnosis.ladder import diagnose
+from pathgene.host.mission.plan import plan
+from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
+from pathgene.host.problem.corner_map import CornerMap
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
+from pathgene.host.terrain import Terrain
+
+
+__all__ = ["compile_chip", "compile_host"]
+
+# Planners that have kernels in addition to the evaluation, with options for a short search.
+_PLANNERS: dict[str, dict[str, Any]] = {
+    "astar": {},
+    "fpa-2opt": {"generations": 1},
+    "ga-dp": {"generations": 1},
+}
+
+
+def compile_host() -> None:
+    """Compile the kernels of the evaluation and of the planners that run on the host."""
+    for as_paper in (False, True):
+        compile_evaluation(as_paper)
+    for planner, options in _PLANNERS.items():
+        plan(_problem(), planner=planner, seed=0, **options)
+    # Why there is no path.
+    diagnose(_problem())
+
+
+def compile_chip() -> None:
+    """Compile the kernels of the model of the planner core."""
+    problem = _problem()
+    with open_board(with_core("model:", GeneticCore.PLANNER)) as chip:
+        task = ProblemOnChip(chip, problem, CornerMap(chip.config, problem))
+        task.run(RunOptions(generations=10), ends=lambda _: False)
+
+
+def _problem() -> Problem:
+    terrain = Terrain("flat", np.full((60, 60), 100.0), 100.0, 100.0)
+    zone = Zone.circle(3000, 3000, 500)
+    return Problem(terrain, (500, 500, 200), (5500, 5500, 200), zones=(zone,))
+
+
+def _main(arguments: list[str]) -> int:
+    if not arguments:
+        command = [sys.executable, "-m", "pathgene.host.kernels"]
+        with subprocess.Popen([*command, "chip"]) as chip:
+            compile_host()
+        return chip.returncode
+    compile_chip()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(_main(sys.argv[1:]))

@@ -1,0 +1,74 @@
+"""The kernels that a set-up compiles are all that the planners call."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+
+RECORDED = """
+import json
+from pathgene import jit
+
+found = set()
+load = jit._CheckedFiles.load
+
+def recorded(self, key):
+    found.add((*self._place, str(key[0])))
+    return load(self, key)
+
+jit._CheckedFiles.load = recorded
+{body}
+print(json.dumps(sorted(found)))
+"""
+
+SET_UP = """
+from pathgene.host import kernels
+kernels.{part}()
+"""
+
+# The paper's loop has no kernels of its own.
+PLANS = """
+from pathgene import Problem, Terrain, Zone, check, plan, planners
+
+zones = Zone.circle(2500, 2500, 300), Zone.polygon([(900, 100), (1500, 100), (900, 800)])
+ends = (300, 300, 60), (4700, 4600, 60)
+for as_paper in (False, True):
+    problem = Problem(Terrain.load("canyon"), *ends, agl=True, zones=zones, as_paper=as_paper)
+    for planner in planners():
+        options = {} if planner == "astar" else {"generations": 2}
+        if planner == "ga-chip":
+            options["board"] = "model:"
+        if planner != "ga-fpga":
+            check(problem, plan(problem, planner=planner, seed=1, **options).path)
+"""
+
+
+def loaded(body):
+    """Return the kernels, with their types, that a program loads or compiles."""
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", RECORDED.replace("{body}", body)],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return {tuple(each) for each in json.loads(done.stdout)}
+
+
+@pytest.fixture(scope="module")
+def set_up():
+    return [loaded(SET_UP.format(part=part)) for part in ("compile_host", "compile_chip")]
+
+
+def test_no_plan_compiles_after_a_set_up(set_up):
+    needed = loaded(PLANS)
+    assert needed
+    assert needed <= set.union(*set_up)
+
+
+def test_the_two_parts_share_nothing(set_up):
+    host, chip = set_up
+    assert host
+    assert chip
+    assert not host & chip

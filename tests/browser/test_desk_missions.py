@@ -40,10 +40,11 @@ def test_a_dropped_mission_is_seen_mended_and_taken_along(open_desk, tmp_path):
     page.wait_for_function("() => document.querySelector('.stage').dataset.ready !== 'jacksboro'")
     ready(page)
     drop(page, plan)
-    for close in page.get_by_role("button", name="Close", exact=True).all():
-        close.click()
     fault = page.locator(".faults button")
     fault.wait_for()
+    # From the last to the first, so that the numbers stay.
+    for close in reversed(page.get_by_role("button", name="Close", exact=True).all()):
+        close.click()
     assert "zone 1 entered by" in fault.text_content()
     shown = page.evaluate(
         """() => {

@@ -115,6 +115,18 @@ class Results:
         self.kept: PlanView | None = None
         self._keep, self._drop, self._fly, self._holds = keep, drop, fly, holds
         self._earlier: list[PlanView] = []
+        with ui.element("header"):
+            ui.html("<h2>Plan</h2>", sanitize=False)
+            # They stay while the card is built again, as a click on a removed button would be lost.
+            with ui.row().classes("actions"):
+                self._flies = ui.button("Fly", on_click=self._fly)
+                self._flies.props("unelevated dense no-caps")
+                with self._flies:
+                    self._reason = ui.tooltip()
+                self._keeps = ui.button("Keep to compare", on_click=self._keep)
+                self._keeps.props("flat dense no-caps")
+                self._drops = ui.button("Drop kept", on_click=self._drop)
+                self._drops.props("flat dense no-caps")
         self.card()
 
     def check(self) -> None:
@@ -137,21 +149,7 @@ class Results:
         """Build the elements of the card."""
         self._earlier = self._not_held()
         is_earlier = self.plan in self._earlier
-        with ui.element("header"):
-            ui.html("<h2>Plan</h2>", sanitize=False)
-            with ui.row().classes("actions"):
-                if self.plan is not None and self.plan.state == "saved":
-                    button = ui.button("Fly", on_click=self._fly).props("unelevated dense no-caps")
-                    if is_earlier:
-                        button.disable()
-                        button.tooltip(EARLIER)
-                    elif self.plan.summary.get("via") or self.plan.summary.get("as_paper"):
-                        button.disable()
-                        button.tooltip("Plans with via points, and as paper, are not flown.")
-                if self.plan is not None:
-                    ui.button("Keep to compare", on_click=self._keep).props("flat dense no-caps")
-                if self.kept is not None:
-                    ui.button("Drop kept", on_click=self._drop).props("flat dense no-caps")
+        self._offer(is_earlier)
         plans = [plan for plan in (self.plan, self.kept) if plan is not None]
         if not plans:
             ui.label("The figures of a plan appear here.").classes("empty")
@@ -164,6 +162,22 @@ class Results:
             elif self.plan is not None:
                 _files(self.plan)
             self._table(plans)
+
+    def _offer(self, is_earlier: bool) -> None:
+        """Show the buttons that the plans have."""
+        self._flies.set_visibility(self.plan is not None and self.plan.state == "saved")
+        reason = ""
+        if is_earlier:
+            reason = EARLIER
+        elif self.plan is not None and (
+            self.plan.summary.get("via") or self.plan.summary.get("as_paper")
+        ):
+            reason = "Plans with via points, and as paper, are not flown."
+        self._flies.set_enabled(not reason)
+        self._reason.text = reason
+        self._reason.set_visibility(bool(reason))
+        self._keeps.set_visibility(self.plan is not None)
+        self._drops.set_visibility(self.kept is not None)
 
     def _table(self, plans: Sequence[PlanView]) -> None:
         with ui.element("table").classes("figures"):

@@ -1,7 +1,7 @@
 """``python -m pathgene.host.kernels``: compile the kernels of all planners before the first plan.
 
 A set-up calls it while packages are downloaded; otherwise the first plan on a machine waits for
-them. One process compiles the kernels of the host, and one those of the chip's model, about 25
+them. One process compiles the kernels of the host, and another the kernels of the model, about 25
 processor seconds each. Kernels that are on disk already are only loaded.
 """
 

@@ -17,9 +17,9 @@ __all__ = ["SUSTAINED", "led"]
 
 Floats = NDArray[np.float64]
 
-#: Share of the aircraft's climb that an autopilot holds for minutes in gusts of 1 m/s. ArduPlane
-#: lowers its own limit each time that an error of height asks for more than the limit.
-SUSTAINED = 0.8
+#: Share of the aircraft's climb that an autopilot holds for minutes in gusts. ArduPlane lowers its
+#: own limit each time that an error of height asks for more than the limit.
+SUSTAINED = 0.75
 # Height that a leg may lie below the heights that it has to keep, and above them.
 _BELOW_M, _ABOVE_M = 1.0, 15.0
 # Acceptance radius of an inserted waypoint, on whose leg the heading does not change.

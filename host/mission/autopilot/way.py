@@ -89,17 +89,19 @@ class Way:
         """Yield the waypoints of the way, which asks for its last height ``lead_m`` early."""
         z = self.start[2]
         asked_m = self.length_m - lead_m
-        narrowest = 2 * math.atan(self.apart_m / self.radius_m)
-        # The corner of a smaller turn would be too near to the start, where the leg begins anyway.
-        if abs(self.turn_rad) >= narrowest:
-            widest = math.ceil(abs(self.turn_rad) / _WIDEST_RAD)
-            count = max(widest, int(abs(self.turn_rad) / narrowest))
-            half = 0.5 * abs(self.turn_rad) / count
-            along = self.arc_m * (np.arange(count) + 0.5) / count
-            x, y, *_ = self.at(along, 1 / math.cos(half))
-            for east, north, share in zip(x, y, along / asked_m, strict=True):
-                acceptance = math.floor(self.radius_m * math.tan(half))
-                yield RoutePoint(float(east), float(north), z + share * (end_m - z), acceptance)
+        # PX4 flies to corners and turns there. With legs of twice the distance, it banks by 50
+        # degrees to both sides in gusts, and sinks; with these, by 15 to one side.
+        narrowest = 2 * math.atan(0.5 * self.apart_m / self.radius_m)
+        turn = abs(self.turn_rad)
+        count = max(math.ceil(turn / _WIDEST_RAD), int(turn / narrowest))
+        half = 0.5 * turn / max(count, 1)
+        along = self.arc_m * (np.arange(count) + 0.5) / max(count, 1)
+        # A corner nearer to the start is left out, as the leg begins there anyway.
+        along = along[(along >= self.apart_m) & (along <= asked_m - self.apart_m)]
+        x, y, *_ = self.at(along, 1 / math.cos(half))
+        acceptance = math.floor(self.radius_m * math.tan(half))
+        for east, north, share in zip(x.tolist(), y.tolist(), along / asked_m, strict=True):
+            yield RoutePoint(east, north, z + float(share) * (end_m - z), acceptance)
         x, y, *_ = self.at(np.array([asked_m]))
         yield RoutePoint(float(x[0]), float(y[0]), end_m, _ON_WAY_M)
 

@@ -39,7 +39,7 @@ def test_a_long_climb_begins_earlier_by_the_lag_and_a_reserve():
     points = early(problem, planned, planned, APART_S)
     seconds = (TOP_M - LEVEL_M) / climb_m_s(problem)
     speed = problem.aircraft.cruise_speed_m_s
-    begins = 5000.0 - speed * (problem.aircraft.height_lag_s + 0.25 * seconds)
+    begins = 5000.0 - speed * (problem.aircraft.height_lag_s + (1 / 0.75 - 1) * seconds)
     assert heights(points, begins - 50) == pytest.approx(LEVEL_M, abs=0.1)
     assert heights(points, begins + 100) > LEVEL_M + 10
 

@@ -48,8 +48,9 @@ def content(own):
 
 @pytest.fixture(scope="module")
 def pair(plans):
-    """Return two plans, each with a fence; the second mission is the shorter one."""
-    fenced = sorted((plan for plan in plans if plan.fence), key=lambda plan: len(plan.items))
+    """Return two plans, each with a fence of a polygon; the second mission is the shorter one."""
+    fenced = [plan for plan in plans if any(hasattr(zone, "corners") for zone in plan.fence)]
+    fenced.sort(key=lambda plan: len(plan.items))
     first = next(plan for plan in fenced if len(plan.items) > 7)
     return next(plan for plan in fenced if len(plan.items) > len(first.items)), first
 

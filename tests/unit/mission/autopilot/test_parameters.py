@@ -245,7 +245,7 @@ def climb():
 
 
 def test_an_autopilot_that_climbs_too_slowly_is_said(climb):
-    """The mission climbs at 3.8 m/s, of which ArduPlane holds 0.8 in gusts."""
+    """The mission climbs at 3.8 m/s, of which ArduPlane holds 0.75 in gusts."""
     _, plan = climb
     slow = advise(plan, {"TECS_CLMB_MAX": 4.0}, ARDUPILOT, None).sentences
     text = next(text for text in slow if text.startswith("TECS_CLMB_MAX is 4 m/s, of which it "))

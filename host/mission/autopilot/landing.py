@@ -352,7 +352,7 @@ def _way(
             if lowest_m > max(highest_m, z) or end_m > problem.limits.ceiling_m:
                 break
             if _has_room(problem, way, end_m, circle):
-                return tuple(way.points(lead_m, end_m))
+                return tuple(way.points(lead_m, end_m, is_gusty=any(problem.wind)))
     return None
 
 

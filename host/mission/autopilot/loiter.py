@@ -160,7 +160,7 @@ def _at_end(problem: Problem, way: Way, lead_m: float) -> Loiter | None:
             and is_clear(problem, *on_way)
             and is_under_ceiling(problem, *on_way)
         ):
-            points = tuple(way.points(lead_m, end_m))
+            points = tuple(way.points(lead_m, end_m, is_gusty=any(problem.wind)))
             return Loiter(
                 *centre, end_m, round(radius_m), disc_radius_m(radius_m, end_m), points, True
             )

@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 
 # Maximum turn at a waypoint, which lies the further outside the arc the wider its turn is.
 _WIDEST_RAD = math.radians(120)
+# Half of a corner's turn up to which the first corner, which is near to the start, is left out.
+_SMALL_RAD = math.radians(6)
 # Acceptance radius of the last waypoint before the circle.
 _ON_WAY_M = 10
 #: Points along a way are this far apart, metres, where that is not too many.
@@ -85,23 +87,30 @@ class Way:
         x, y, *_ = self.at(np.array([self.length_m + distance_m]))
         return float(x[0]), float(y[0])
 
-    def points(self, lead_m: float, end_m: float) -> Iterator[RoutePoint]:
-        """Yield the waypoints of the way, which asks for its last height ``lead_m`` early."""
+    def points(self, lead_m: float, end_m: float, *, is_gusty: bool) -> Iterator[RoutePoint]:
+        """Yield the waypoints of the way, which asks for its last height ``lead_m`` early.
+
+        In gusts, corners are as near to each other as waypoints may be, and else twice as far. PX4
+        flies to a corner and turns there: at the wider corners it banks in gusts by 50 degrees to
+        both sides, and sinks, and at the near ones by 15 to one side.
+        """
         z = self.start[2]
         asked_m = self.length_m - lead_m
-        # PX4 flies to corners and turns there. With legs of twice the distance, it banks by 50
-        # degrees to both sides in gusts, and sinks; with these, by 15 to one side.
-        narrowest = 2 * math.atan(0.5 * self.apart_m / self.radius_m)
         turn = abs(self.turn_rad)
-        count = max(math.ceil(turn / _WIDEST_RAD), int(turn / narrowest))
-        half = 0.5 * turn / max(count, 1)
-        along = self.arc_m * (np.arange(count) + 0.5) / max(count, 1)
-        # A corner nearer to the start is left out, as the leg begins there anyway.
-        along = along[(along >= self.apart_m) & (along <= asked_m - self.apart_m)]
-        x, y, *_ = self.at(along, 1 / math.cos(half))
-        acceptance = math.floor(self.radius_m * math.tan(half))
-        for east, north, share in zip(x.tolist(), y.tolist(), along / asked_m, strict=True):
-            yield RoutePoint(east, north, z + float(share) * (end_m - z), acceptance)
+        # The corner of a smaller turn would be too near to the start, where the leg begins anyway.
+        if turn >= 2 * math.atan(self.apart_m / self.radius_m):
+            reach_m = 0.5 * self.apart_m if is_gusty else self.apart_m
+            widest = math.ceil(turn / _WIDEST_RAD)
+            count = max(widest, int(turn / (2 * math.atan(reach_m / self.radius_m))))
+            half = 0.5 * turn / count
+            along = self.arc_m * (np.arange(count) + 0.5) / count
+            if is_gusty and half <= _SMALL_RAD:
+                along = along[1:]
+            x, y, *_ = self.at(along, 1 / math.cos(half))
+            # ArduPlane flies outside the arc if it looks at the next leg only at the arc.
+            acceptance = math.floor(max(self.radius_m * math.tan(half), self.apart_m))
+            for east, north, share in zip(x.tolist(), y.tolist(), along / asked_m, strict=True):
+                yield RoutePoint(east, north, z + float(share) * (end_m - z), acceptance)
         x, y, *_ = self.at(np.array([asked_m]))
         yield RoutePoint(float(x[0]), float(y[0]), end_m, _ON_WAY_M)
 

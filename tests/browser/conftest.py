@@ -85,10 +85,13 @@ def desk(tmp_path_factory):
 
 @pytest.fixture
 def open_desk(desk, new_page):
-    """Function that opens the desk in a new browser, at a fragment if one is given."""
+    """Function that opens the desk in a new browser, at a fragment if one is given.
+
+    Motion is reduced, as a user may ask for, because each frame is drawn by the processor.
+    """
 
     def opened(fragment="", width=1280, height=720, **options):
-        page = new_page(width, height, **options)
+        page = new_page(width, height, **{"reduced_motion": "reduce", **options})
         page.set_default_timeout(PATIENCE_MS)
         page.goto(desk[0] + fragment)
         ready(page)

@@ -101,7 +101,7 @@ def test_draw_plan_take_along_and_open_again(open_desk, tmp_path):
 
 
 def test_generations_are_seen_as_they_come_and_a_stopped_plan_is_saved(open_desk):
-    page = open_desk()
+    page = open_desk(reduced_motion="no-preference")
     canyon(page, generations=10_000_000)
     page.evaluate(
         """() => {
@@ -322,7 +322,7 @@ def test_without_the_token_nothing_answers(desk):
 
 def test_the_end_of_the_desk_saves_running_plans(new_page, tmp_path):
     with serving(tmp_path / "out") as (url, process):
-        page = new_page()
+        page = new_page(reduced_motion="reduce")
         page.set_default_timeout(PATIENCE_MS)
         page.goto(url)
         ready(page)

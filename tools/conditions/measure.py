@@ -22,6 +22,7 @@ __all__ = ["GROUPS", "Row", "measure", "rows"]
 _FOLDER = ROOT / "build" / "coverage" / "host"
 _SETTINGS = _FOLDER / "settings"
 _VERDICT = ("safe_flight", "strict_rule", "zones")
+_MISSION_COMMANDS = ("batch", "check_missions", "ends", "export", "mend", "problem_files")
 #: Tests that are measured, by the name of their group.
 GROUPS = {
     "verdict": (
@@ -42,7 +43,7 @@ GROUPS = {
     "mission": (
         *("-m", "not long"),
         "tests/unit/mission",
-        *(f"tests/cli/test_{name}.py" for name in ("batch", "export", "problem_files")),
+        *(f"tests/cli/test_{name}.py" for name in _MISSION_COMMANDS),
         "tests/unit/pathgene/test_api.py",
     ),
 }

@@ -299,3 +299,13 @@ def beside_line(problem, plan, radius_m):
     lat, lon = np.array([plane.degrees((east, north)) for east, north in on_way.tolist()]).T
     _, y = problem.terrain.to_local(lat, lon)
     return float(np.abs(y - 1600.0).max())
+
+
+def test_a_fence_whose_breach_is_only_reported_is_said(mission):
+    problem, plan = mission
+    sentences = advise(
+        plan, {"FENCE_ACTION": 0.0, "FENCE_ENABLE": 1.0}, ARDUPILOT, problem
+    ).sentences
+    assert "FENCE_ACTION is 0, so a breach of the fences is only reported." in sentences
+    # Without a known return height, nothing is said of it.
+    assert not any("return" in text for text in sentences)

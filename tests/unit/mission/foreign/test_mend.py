@@ -436,7 +436,7 @@ def test_changes_that_are_not_needed_are_taken_back(tmp_path):
     )
     draft, check = drafted(tmp_path, text, HILL)
     search = _Search(check.judge, None)
-    # The second rally point needs its height, and nothing else needs what is changed.
+    # Only the second rally point needs its new height.
     raised = draft.raised([0], [0, 1], 40.0)
     lean, after = search.lean(raised, search.check(raised))
     assert after.feasible

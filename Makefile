@@ -77,6 +77,7 @@ help:
 	@echo "make faults     sessions with faults of line, chip, clock, disk and signals, decided by seeds"
 	@echo "                (SEEDS=0:300 BOARD=model: or sim:)"
 	@echo "make bench      measure every speed claim (BENCH=; of fpga, flight, quality and safety, rows named like ONLY=)"
+	@echo "make wheel      a wheel with compiled kernels, so that an installation compiles nothing (OUT=dist)"
 	@echo "make docs       the documentation as a site, in build/docs/ (open index.html)"
 	@echo "make lint       ruff (rules and format), mypy, the rules of imports, Verilator's lint of the"
 	@echo "                generated Verilog"
@@ -166,6 +167,11 @@ faults: setup
 .PHONY: bench
 bench: setup $(if $(filter fpga,$(BENCH)),setup-synth)
 	@$(IN_ROOT) "$(BIN)/python" -m bench $(if $(BENCH),"$(BENCH)") $(if $(ONLY),--only "$(ONLY)")
+
+.PHONY: wheel
+wheel: OUT = dist
+wheel: setup
+	@$(IN_ROOT) "$(BIN)/python" -m tools.wheel --out "$(OUT)"
 
 .PHONY: docs
 docs: setup

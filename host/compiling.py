@@ -88,6 +88,8 @@ def compile_evaluation(as_paper: bool) -> None:
         if not as_paper:
             evaluator.fitness(paths, lengths, strict=True)
             evaluator.lowest_at_m(path)
+            # Through a zone, and low.
+            evaluator.broken(np.array([ends[0], (2000.0, 800.0, 50.0), ends[1]]))
 
 
 class _Helper:

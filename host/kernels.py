@@ -1,12 +1,13 @@
 """``python -m pathgene.host.kernels``: compile the kernels of all planners before the first plan.
 
 A set-up calls it while packages are downloaded; otherwise the first plan on a machine waits for
-them. One process compiles the kernels of the host, and another the kernels of the model, about 25
-processor seconds each. Kernels that are on disk already are only loaded.
+them. One process compiles the kernels of the host, about 50 processor seconds, and another the
+kernels of the model, about 30. Kernels that are on disk already are only loaded.
 """
 
 from __future__ import annotations
 
+import itertools
 import subprocess
 import sys
 from typing import Any
@@ -15,11 +16,15 @@ import numpy as np
 
 from pathgene.hdl.config import GeneticCore
 from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.auv import PLANNERS as AUV_PLANNERS
+from pathgene.host.auv.field import PAPER_SAMPLES, AuvField, whole_angle
+from pathgene.host.auv.plan import evolve, terms
 from pathgene.host.compiling import compile_evaluation
 from pathgene.host.device.boards import open_board, with_core
 from pathgene.host.diagnosis.ladder import diagnose
 from pathgene.host.mission.plan import plan
 from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
+from pathgene.host.planners.routes.field import READINGS
 from pathgene.host.problem.corner_map import CornerMap
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
@@ -37,13 +42,18 @@ _PLANNERS: dict[str, dict[str, Any]] = {
 
 
 def compile_host() -> None:
-    """Compile the kernels of the evaluation and of the planners that run on the host."""
+    """Compile the kernels of the evaluation and of all planners on the host, `auv` included."""
     for as_paper in (False, True):
         compile_evaluation(as_paper)
     for planner, options in _PLANNERS.items():
         plan(_problem(), planner=planner, seed=0, **options)
     # Why there is no path.
     diagnose(_problem())
+    for samples, reading, kind in itertools.product((None, PAPER_SAMPLES), READINGS, AUV_PLANNERS):
+        field = AuvField(1, reading=reading, samples=samples)
+        (generation,) = itertools.islice(evolve(field, kind), 1, 2)
+        terms(field, generation.best)
+        whole_angle(generation.best)
 
 
 def compile_chip() -> None:

@@ -16,15 +16,41 @@ from typing import Any, TypeVar, cast
 import numba
 from numba import njit
 from numba.core import event
-from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.caching import (
+    CompileResultCacheImpl,
+    FunctionCache,
+    IndexDataCacheFile,
+    InTreeCacheLocator,
+)
 from numba.core.runtime import rtsys
 
 
-__all__ = ["COMPILING", "Compiler", "compile_by", "compiling_s", "source_stamp"]
+__all__ = [
+    "BASELINE",
+    "COMPILING",
+    "Compiler",
+    "baseline_target",
+    "compile_by",
+    "compiling_s",
+    "is_kept",
+    "source_stamp",
+]
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 #: numba's event that starts and ends with the compilation of a kernel in this process.
 COMPILING = "numba:compile"
+#: The processor that the kernels of a wheel are compiled for, as LLVM names it.
+BASELINE = "x86-64-v3"
+# Its features, as LLVM names them: levels 1, 2 and 3 of x86-64.
+_FEATURES = frozenset(
+    (
+        *("64bit", "cmov", "cx8", "fxsr", "mmx", "sse", "sse2"),
+        *("crc32", "cx16", "popcnt", "sahf", "sse3", "sse4.1", "sse4.2", "ssse3"),
+        *("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave"),
+    )
+)
+# A target of numba: the triple, the name of the processor, and its features as text.
+_Target = tuple[str, str, str]
 # Compiles the kernel of a module, by its name, for the types of its arguments.
 _Elsewhere = Callable[[str, str, Any], None]
 _LOG = logging.getLogger("pathgene.kernels")
@@ -134,6 +160,54 @@ class Compiler:
         return cast(_Function, dispatcher)
 
 
+@cache
+def baseline_target(target: _Target) -> _Target | None:
+    """Return the target of a wheel's kernels if their code runs on ``target``, otherwise None.
+
+    Parameters
+    ----------
+    target : tuple of str
+        Triple, name and features of a processor, as numba's ``magic_tuple``. Without ``fma`` among
+        the features, for example, a wheel's kernels are not used.
+    """
+    triple, _, features = target
+    present = {name[1:] for name in features.split(",") if name.startswith("+")}
+    return (triple, BASELINE, "") if present >= _FEATURES else None
+
+
+def is_kept(kernel: Any) -> bool:
+    """Return whether a kernel is on disk for this processor, or was never compiled at all.
+
+    Parameters
+    ----------
+    kernel : callable
+        A result of a :class:`Compiler`. With ``NUMBA_DISABLE_JIT`` it is not compiled.
+    """
+    kept = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
+    return kept is None or kept.has_kernel(kernel.targetctx.codegen().magic_tuple())
+
+
+class _Unwritable(InTreeCacheLocator):  # type: ignore[misc]  # numba has no types.
+    """The folder of the sources, where neither it nor a folder of the user can be written.
+
+    Kernels of a wheel are loaded from there; a kernel that is missing is compiled in each process.
+    numba itself refuses to cache in such a place.
+    """
+
+    def ensure_cache_path(self) -> None:
+        """Do nothing: :meth:`_CheckedFiles.save` meets the error, and ignores it."""
+
+
+class _Places(CompileResultCacheImpl):  # type: ignore[misc]  # numba has no types.
+    """Where numba keeps kernels, and the form in which it keeps them."""
+
+    _locator_classes = [*CompileResultCacheImpl._locator_classes, _Unwritable]
+
+    def reduce(self, data: Any) -> Any:
+        """Leave out the table of types, a text for readers, which is long."""
+        return super().reduce(data._replace(type_annotation=""))
+
+
 class _Cache(FunctionCache):  # type: ignore[misc]  # numba has no types.
     """A kernel's cache, which loads a compiled kernel without the parts of numba that compile.
 
@@ -146,13 +220,17 @@ class _Cache(FunctionCache):  # type: ignore[misc]  # numba has no types.
         See :func:`source_stamp`.
     """
 
+    _impl_class = _Places
+
     def __init__(self, function: Callable[..., object], stamp: str) -> None:
         super().__init__(function)
         place = function.__module__, function.__qualname__
-        self._cache_file = _CheckedFiles(self._cache_path, self._impl.filename_base, stamp, place)
-        # The stamp is also part of the version, which is read first: a cache of other sources
-        # may contain objects of classes that no longer exist and must not be read.
-        self._cache_file._version = f"{numba.__version__} {stamp}"
+        name = self._impl.filename_base
+        self._cache_file = files = _CheckedFiles(self._cache_path, name, stamp, place)
+        # A wheel has its kernels beside the sources, wherever new ones are written.
+        beside = str(Path(inspect.getfile(function)).parent / "__pycache__")
+        if beside != self._cache_path:
+            files.of_wheel = _CheckedFiles(beside, name, stamp, place)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the kernel for a signature, or None if it is not on disk."""
@@ -165,7 +243,7 @@ class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]  # numba has no t
     """The files in which numba keeps a kernel; a damaged file counts as none.
 
     numba itself would fail at a truncated file every time, and would run the code of an altered
-    file.
+    file. A kernel for :data:`BASELINE` serves every processor that has its features.
 
     Parameters
     ----------
@@ -175,7 +253,12 @@ class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]  # numba has no t
 
     def __init__(self, path: str, name: str, stamp: str, place: tuple[str, str]) -> None:
         super().__init__(path, name, stamp)
+        # The stamp is also part of the version, which is read first: a cache of other sources
+        # may contain objects of classes that no longer exist and must not be read.
+        self._version = f"{numba.__version__} {stamp}"
         self._place = place
+        #: The files that a wheel may have brought; these, or files that are only read.
+        self.of_wheel = self
 
     def save(self, key: Any, data: Any) -> None:
         """Save a kernel; if the disk refuses it, only time is lost."""
@@ -195,14 +278,23 @@ class _CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]  # numba has no t
             raise ValueError("the digest differs")
         return pickle.loads(dumped)
 
+    def has_kernel(self, target: _Target) -> bool:
+        """Return whether there is a kernel, for whichever types, that runs on ``target``."""
+        own = any(key[1] == target for key in self._load_index())
+        baseline = baseline_target(target)
+        return own or any(key[1] == baseline for key in self.of_wheel._load_index())
+
     def load(self, key: Any) -> Any:
         """Return a saved kernel, after its compilation elsewhere if there is one, or None."""
         found = self._loaded(key)
+        types, target, code = key
+        if found is None and (baseline := baseline_target(target)) is not None:
+            found = self.of_wheel._loaded((types, baseline, code))
         module, name = self._place
         # A function of a function, or of the program's main file, cannot be found by its name.
         if found is None and _By.elsewhere and name.isidentifier() and module != "__main__":
             with event.trigger_event(COMPILING):
-                _By.elsewhere(module, name, key[0])
+                _By.elsewhere(module, name, types)
             found = self._loaded(key)
         return found
 

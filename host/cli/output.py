@@ -219,10 +219,9 @@ def note_compiling_routes() -> None:
 
 def _note(kernel: Any, duration: str) -> bool:
     """Note a first compilation; return whether there is one."""
-    # The cache needs a compiler and a writable folder. The index of other sources, or of another
-    # numba version, reads as empty.
-    kept = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
-    is_first = kept is not None and not kept._load_index()
+    from pathgene.jit import is_kept
+
+    is_first = not is_kept(kernel)
     if is_first:
         note(f"Compiling for this machine, once: {duration}.")
     return is_first

@@ -42,6 +42,20 @@ for as_paper in (False, True):
             options["board"] = "model:"
         if planner != "ga-fpga":
             check(problem, plan(problem, planner=planner, seed=1, **options).path)
+    # Through zones of both kinds, and below the ground.
+    for corner in (1000, 300, -100), (2500, 2500, 1000):
+        check(problem, [problem.start, corner, problem.goal])
+"""
+
+# Under water.
+ROUTES = """
+from pathgene.host.cli import main
+
+for landscape in ("1", "2"):
+    for planner in ("ga-dp", "ga-auv"):
+        for more in ([], ["--as-paper"], ["--reading", "sum"], ["--length", "3d"]):
+            options = ["--landscape", landscape, "--planner", planner, *more]
+            assert main(["auv", *options, "--generations", "3", "--out", "{out}"]) == 0
 """
 
 
@@ -53,7 +67,7 @@ def loaded(body):
         text=True,
         check=True,
     )
-    return {tuple(each) for each in json.loads(done.stdout)}
+    return {tuple(each) for each in json.loads(done.stdout.splitlines()[-1])}
 
 
 @pytest.fixture(scope="module")
@@ -61,8 +75,9 @@ def set_up():
     return [loaded(SET_UP.format(part=part)) for part in ("compile_host", "compile_chip")]
 
 
-def test_no_plan_compiles_after_a_set_up(set_up):
-    needed = loaded(PLANS)
+@pytest.mark.parametrize("plans", [PLANS, ROUTES], ids=["plan", "auv"])
+def test_no_plan_compiles_after_a_set_up(set_up, tmp_path, plans):
+    needed = loaded(plans.replace("{out}", str(tmp_path)))
     assert needed
     assert needed <= set.union(*set_up)
 

@@ -9,9 +9,16 @@ from types import ModuleType
 from typing import NamedTuple
 
 import pytest
-from numba.core.caching import IndexDataCacheFile
+from numba.core import config
+from numba.core.caching import (
+    IndexDataCacheFile,
+    InTreeCacheLocator,
+    UserProvidedCacheLocator,
+    UserWideCacheLocator,
+)
+from numba.core.codegen import CPUCodegen
 
-from pathgene.jit import source_stamp
+from pathgene.jit import BASELINE, baseline_target, is_kept, source_stamp
 
 
 INNER = """
@@ -29,6 +36,15 @@ from {} import compiled
 def outer(x):
     return 10 * inner(x)
 """
+
+TRIPLE = "x86_64-unknown-linux-gnu"
+# Level 3 of x86-64 by the ABI, in LLVM's names; LLVM does not list x87.
+LEVEL_3 = (
+    *("64bit", "cmov", "cx8", "fxsr", "mmx", "sse", "sse2"),
+    *("crc32", "cx16", "popcnt", "sahf", "sse3", "sse4.1", "sse4.2", "ssse3"),
+    *("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave"),
+)
+FEATURES = ",".join(("+adx", *(f"+{name}" for name in LEVEL_3), "-avx512f"))
 
 
 @pytest.fixture(params=["pathgene.host.evaluation.jit", "pathgene.sim.model.compiled"])
@@ -128,3 +144,137 @@ def test_a_full_disk_costs_only_time(load, monkeypatch):
 
     monkeypatch.setattr(IndexDataCacheFile, "_open_for_write", refuse)
     assert files(run(load), "nb?") == []
+
+
+@pytest.fixture
+def processor(monkeypatch):
+    """Function that replaces the processor for which numba compiles by its name and features."""
+
+    def replace(name, features):
+        monkeypatch.setattr(CPUCodegen, "magic_tuple", lambda self: (TRIPLE, name, features))
+
+    return replace
+
+
+@pytest.fixture
+def wheel(load, processor):
+    """The sources with a kernel for the baseline, as in an installed wheel; the target is newer."""
+    processor(BASELINE, "")
+    folder = Path(run(load)._cache._cache_file._cache_path)
+    processor("newer", FEATURES)
+    return folder
+
+
+def hits(kernel):
+    return sum(kernel.stats.cache_hits.values())
+
+
+def test_a_kernel_of_a_wheel_is_loaded(load, wheel):
+    before = sorted(wheel.iterdir())
+    kernel = run(load)
+    assert (hits(kernel), is_kept(kernel)) == (1, True)
+    assert sorted(wheel.iterdir()) == before
+
+
+@pytest.mark.parametrize("missing", LEVEL_3)
+def test_a_processor_without_a_feature_of_the_baseline(missing):
+    assert baseline_target((TRIPLE, "newer", FEATURES)) == (TRIPLE, BASELINE, "")
+    assert baseline_target((TRIPLE, "newer", FEATURES.replace(f"+{missing},", ""))) is None
+    off = FEATURES.replace(f"+{missing},", f"-{missing},")
+    assert baseline_target((TRIPLE, "newer", off)) is None
+
+
+@pytest.mark.parametrize(
+    "features", [FEATURES.replace("+fma", "-fma"), ""], ids=["no fma", "unknown"]
+)
+def test_such_a_processor_compiles(load, wheel, processor, features):
+    processor("older", features)
+    assert not is_kept(load("x + 1"))
+    assert not hits(run(load))
+    assert hits(run(load)) == 1
+    # It does not take the kernel of the newer one.
+    processor("newer", FEATURES)
+    assert hits(run(load)) == 1
+
+
+def test_the_kernel_of_the_very_processor_is_preferred(load, wheel, processor, monkeypatch):
+    processor("newer", FEATURES)
+    loaded = IndexDataCacheFile.load
+    keys = []
+
+    def recorded(self, key):
+        keys.append(key[1][1])
+        return loaded(self, key)
+
+    monkeypatch.setattr(IndexDataCacheFile, "load", recorded)
+    assert hits(run(load)) == 1
+    assert keys == ["newer", BASELINE]
+
+
+def test_a_kernel_of_other_sources_in_a_wheel_is_not_loaded(load, wheel):
+    assert not hits(load("x + 2"))
+    changed = load("x + 2")
+    assert not is_kept(changed)
+    assert changed(1) == 30
+    assert not hits(changed)
+
+
+def test_a_kernel_of_another_version_of_numba_is_not_loaded(load, wheel, monkeypatch):
+    monkeypatch.setattr("numba.__version__", "0.0.1")
+    assert not is_kept(load("x + 1"))
+    assert not hits(run(load))
+
+
+def test_a_folder_for_caches_has_only_new_kernels(load, wheel, tmp_path, monkeypatch):
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path / "caches"))
+    assert hits(run(load)) == 1
+    assert not list(tmp_path.rglob("caches/**/*.nb?"))
+    assert load("x + 2")(1) == 30
+    assert len(list(tmp_path.rglob("caches/**/kernel_outer*.nbc"))) == 1
+
+
+def refuse(*arguments, **options):
+    raise OSError(errno.EROFS, "Read-only file system")
+
+
+@pytest.fixture
+def read_only(monkeypatch):
+    """Function that refuses to write caches, in the folder of the sources or in all."""
+
+    def make(*locators):
+        for locator in locators:
+            monkeypatch.setattr(locator, "ensure_cache_path", refuse)
+        if UserWideCacheLocator in locators:
+            monkeypatch.setattr(IndexDataCacheFile, "_open_for_write", refuse)
+
+    return make
+
+
+def test_a_wheel_in_a_folder_that_is_read_only(load, wheel, read_only, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
+    read_only(InTreeCacheLocator)
+    assert hits(run(load)) == 1
+    assert load("x + 2")(1) == 30
+    assert len(list(tmp_path.rglob("home/**/kernel_outer*.nbc"))) == 1
+    again = load("x + 2")
+    assert again(1) == 30
+    assert hits(again) == 1
+
+
+def test_nothing_can_be_written(load, wheel, read_only):
+    read_only(InTreeCacheLocator, UserWideCacheLocator, UserProvidedCacheLocator)
+    before = sorted(wheel.iterdir())
+    assert hits(run(load)) == 1
+    for _ in range(2):
+        changed = load("x + 2")
+        assert changed(1) == 30
+        assert not hits(changed)
+    assert sorted(wheel.iterdir()) == before
+
+
+def test_a_kernel_is_kept_without_its_table_of_types(load):
+    kernel = run(load)
+    (data,) = files(kernel, "nbc")
+    (table,) = kernel.inspect_types.__self__.overloads.values()
+    assert "kernel_outer.py" in str(table.type_annotation)
+    assert b"kernel_outer.py" not in data.read_bytes()

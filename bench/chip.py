@@ -60,8 +60,10 @@ class Other:
 
 #: Planners compared with the chip; the slow ones have fewer seeds, and astar draws nothing.
 OTHERS = {
-    _POLISHED: Other("ga-chip", options={"chip_ms": 50, "polish": "on"}),
-    _POLISHED_BOARD: Other("ga-chip", options={"chip_ms": 50, "polish": "on", "board": BOARD_URL}),
+    _POLISHED: Other("ga-chip", options={"chip_ms": 50, "polish": "chip"}),
+    _POLISHED_BOARD: Other(
+        "ga-chip", options={"chip_ms": 50, "polish": "chip", "board": BOARD_URL}
+    ),
     "ga-fpga": Other("ga-fpga", seeds=3),
     "ga-pc": Other("ga-pc", seeds=3),
     "fpa-2opt": Other("fpa-2opt", seeds=1),

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from bench.flight_rows import WEATHERS, WIND_M_S, Row
+from bench.own_paths import own_path
 from bench.scenarios import SYNTHETIC, names
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import PLANNERS, make
@@ -88,7 +89,7 @@ class Mission:
 
     def plan(self, problem: Problem) -> Result:
         """Plan with few generations, on the processor."""
-        planner = make(self.planner, **_BEGIN.get(self.planner, {}))
+        planner = make(self.planner, **own_path(self.planner), **_BEGIN.get(self.planner, {}))
         options = Options(seed=0, generations=_GENERATIONS[self.planner])
         return planner.plan(Evaluator(problem, threads=1), options)
 

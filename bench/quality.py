@@ -11,6 +11,7 @@ from typing import Any
 from scipy.stats import ttest_rel
 
 from bench.campaign import measure
+from bench.own_paths import own_path
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, missing, names, problem
@@ -42,7 +43,7 @@ def _variants() -> list[Variant]:
         inits = ({"init": "random"}, {"init": "astar"}) if "init" in entry.options else ({},)
         for options in inits:
             title = f"{name} from astar" if options.get("init") == "astar" else name
-            variants.append(Variant(title, name, dict(options)))
+            variants.append(Variant(title, name, {**own_path(name), **options}))
         if "initial_draws" in entry.options:
             variants.append(Variant(f"{name} as the paper", name, {"initial_draws": 1}))
     return variants

@@ -18,6 +18,7 @@ from typing import Any
 
 from bench import pages
 from bench.campaign import measure
+from bench.own_paths import own_path
 from bench.replan_report import report
 from bench.replan_scenarios import KINDS, draw_mission, draw_scenario
 from bench.report import Options, Report
@@ -65,7 +66,8 @@ def is_there_a_path(question: Question, chip: Chip) -> bool:
     committed = depart(question.present, departure.track, departure.leaves_m, is_committed=True)
     searches = [(led, Search("astar"))]
     for seed in _SEEDS:
-        searches.append((committed, Search("ga-chip", seed=seed, board=chip, chip_ms=AMPLE_MS)))
+        own = {"board": chip, "chip_ms": AMPLE_MS, **own_path("ga-chip")}
+        searches.append((committed, Search("ga-chip", seed=seed, **own)))
     return any(_finds(search, start, question) for start, search in searches)
 
 

@@ -17,6 +17,7 @@ from typing import Any
 
 from bench import pages
 from bench.campaign import measure
+from bench.own_paths import own_path
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, missing, names, problem
@@ -147,7 +148,7 @@ def _plan(row: Row, options: Options) -> Outcome:
     task = row.problem()
     # Processor time instead of wall time, because load on the machine hardly affects it.
     began = time.process_time()
-    result = make(row.planner).plan(Evaluator(task, threads=1), options)
+    result = make(row.planner, **own_path(row.planner)).plan(Evaluator(task, threads=1), options)
     return {
         "fitness": round(result.evaluation.fitness, 6),
         "feasible": result.evaluation.feasible,

@@ -33,6 +33,7 @@ from pathgene.host.files.output import prepare_directory, write_json, writing_in
 from pathgene.host.machine import available_cores
 from pathgene.host.options.table import NAMED, ZONE_READING, options_of
 from pathgene.host.progress import Bar
+from pathgene.host.report.routes import route_from, route_note
 from pathgene.host.workers import LOCAL
 
 
@@ -210,6 +211,7 @@ def _terms(summary: Mapping[str, Any]) -> dict[str, Any]:
         "feasible": bool(summary["feasible"]),
         "planner": summary["planner"],
         "fallback": summary["fallback"],
+        "route_from": route_from(summary),
         "fitness": summary["fitness"],
         "length_m": summary["length_m"],
         "legs": len(summary.get("legs") or (None,)),
@@ -237,7 +239,9 @@ def _status(rows: Sequence[Mapping[str, Any]]) -> int:
 def _remark(row: Mapping[str, Any]) -> str:
     """Return the remark of a row: the planner of the path, and whether the path is kept."""
     by = f"by {row['fallback']}" if row["fallback"] else ""
-    return ", ".join(filter(None, (by, "kept" if row["kept"] else "")))
+    return ", ".join(
+        filter(None, (by, route_note(row["route_from"]), "kept" if row["kept"] else ""))
+    )
 
 
 def _print(rows: Sequence[Mapping[str, Any]], directory: Path) -> None:

@@ -15,6 +15,7 @@ from pathgene.host.errors import InputError, PathgeneError
 from pathgene.host.options.table import OWN, SEARCH
 from pathgene.host.planners import DEFAULT_BOARD, PLANNERS
 from pathgene.host.progress import Progress
+from pathgene.host.report.routes import route_from, route_note
 
 
 if TYPE_CHECKING:
@@ -112,6 +113,7 @@ def row_of(plan: Plan) -> dict[str, Any]:
     return {
         "planner": summary["planner"],
         "fallback": summary["fallback"],
+        "route_from": route_from(summary),
         "board": summary["board"],
         "feasible": summary["feasible"],
         "fitness": summary["fitness"],
@@ -130,7 +132,11 @@ def print_beside(rows: Sequence[Mapping[str, Any]]) -> None:
             ("planner", "board", "feasible", "fitness", "time of the chip", "seconds"),
             *(
                 (
-                    row["planner"] + (f", {row['fallback']}" if row["fallback"] else ""),
+                    ", ".join(
+                        filter(
+                            None, (row["planner"], row["fallback"], route_note(row["route_from"]))
+                        )
+                    ),
                     row["board"] or "none",
                     "yes" if row["feasible"] else "no",
                     f"{row['fitness']:.4f}",

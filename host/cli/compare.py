@@ -35,6 +35,7 @@ from pathgene.host.files.output import prepare_directory
 from pathgene.host.machine import available_cores
 from pathgene.host.options.table import NAMED, SEARCH, options_of
 from pathgene.host.planners import PLANNERS
+from pathgene.host.report.routes import route_from
 from pathgene.host.workers import LOCAL
 
 
@@ -284,6 +285,13 @@ def _explanation(report: dict[str, Any]) -> str:
         f"Seeds {first} to {last} for every planner. Planners draw different numbers from the "
         "same seed: runs are not paired.",
     ]
+    for planner in report["planners"]:
+        routes = [route_from(run) for run in planner["runs"]]
+        if count := sum(route is not None and "astar" in route for route in routes):
+            lines.append(
+                f"{planner['label']}: the path is the polished route of astar in {count} of "
+                f"{len(routes)} runs; :polish=chip compares the chip's own."
+            )
     if report["pairs"]:
         lines.append(
             "p two-sided"

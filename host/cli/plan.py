@@ -39,6 +39,7 @@ from pathgene.host.files.output import prepare_directory
 from pathgene.host.formats.registry import check_formats, parse_formats
 from pathgene.host.options.table import SEARCH, options_of
 from pathgene.host.progress import Progress
+from pathgene.host.report.routes import route_from, route_note, route_pairs
 
 
 if TYPE_CHECKING:
@@ -278,6 +279,7 @@ def _pairs(summary: dict[str, Any], written: list[Path]) -> list[tuple[str, str]
         ("planner", summary["planner"]),
         ("board", summary["board"] or "none"),
         *([("fallback", summary["fallback"])] if summary["fallback"] else []),
+        *route_pairs(summary),
         *_legs(summary),
         *term_pairs(summary),
         ("generations", f"{summary['generations']}"),
@@ -296,6 +298,7 @@ def _legs(summary: dict[str, Any]) -> list[tuple[str, str]]:
             f"{leg['name'].partition(', ')[2]}: "
             + (
                 f"{'feasible' if leg['feasible'] else 'not feasible'}, {leg['length_m']:.1f} m"
+                + (f", {said}" if (said := route_note(route_from(leg))) else "")
                 if leg["planned"]
                 else "not planned"
             ),

@@ -303,7 +303,8 @@ _OWN = (
          DEFAULT_BOARD, f'"{DEFAULT_BOARD}"', metavar="URL"),
     _own("chip_ms", INTEGER, "maximum milliseconds of a plan by the chip's clock, not counting "
          "runs without a path", "none: the generations are the limit", "8", metavar="MS"),
-    _own("polish", choice(("on", "off")), "give the chip's paths the lowest altitudes, on the host",
+    _own("polish", choice(("on", "chip", "off")), "give the chip's paths the lowest altitudes, on "
+         "the host; on: also astar's route, and report the better one; chip: only the chip's",
          "on", '"on"'),
     _own("link_mode", choice(("rank", "population", "recipe")), "data sent over the link in each "
          "generation", "rank", '"rank"'),

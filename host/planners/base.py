@@ -351,22 +351,26 @@ class Run:
 
     def stopped_by(self) -> str | None:
         """Return the first stop criterion met, or None to continue."""
-        options = self.options
         if self.stop is not None and self.stop.requested:
             return "interrupt"
         if self.failure is not None:
             return "failure"
-        if options.target_fitness is not None and self._best >= options.target_fitness:
+        if (target := self.options.target_fitness) is not None and self._best >= target:
             return "target-fitness"
-        if self.history and self.history[-1][0] >= options.generations:
+        if self.history and self.history[-1][0] >= self.options.generations:
             return "generations"
         return "time-limit" if self.out_of_time else None
 
     @property
+    def remaining_s(self) -> float | None:
+        """Seconds until the time limit, 0 or less once it has passed; None without a limit."""
+        limit = self.options.time_limit_s
+        return None if limit is None else limit - (time.perf_counter() - self._started)
+
+    @property
     def out_of_time(self) -> bool:
         """True once the time limit has passed."""
-        limit = self.options.time_limit_s
-        return limit is not None and time.perf_counter() - self._started >= limit
+        return self.remaining_s is not None and self.remaining_s <= 0
 
     @contextlib.contextmanager
     def search(self) -> Iterator[None]:
@@ -383,10 +387,15 @@ class Run:
             if self.stop is not None:
                 self.stop.heeded = True
 
+    @property
+    def candidates(self) -> list[tuple[float, Path]]:
+        """The kept paths with their fitness, best first."""
+        return sorted(self._archive.values(), key=lambda kept: -kept[0])
+
     def result(self) -> Result:
         """Choose the path to report; return it with the record."""
         reason = self.ended_by or self.stopped_by() or "generations"
-        archive = sorted(self._archive.values(), key=lambda kept: -kept[0])
+        archive = self.candidates
         with self.phase("choice"):
             path, evaluation = choose(self.evaluator, archive)
         self.seconds["compiling"] = _compiling_s() - self._compiled_s

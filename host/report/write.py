@@ -17,6 +17,7 @@ from pathgene.host.files.replacement import replace_files
 from pathgene.host.formats import geojson
 from pathgene.host.planners.base import Result
 from pathgene.host.report.reading import warnings_in
+from pathgene.host.report.routes import route_from, route_note
 from pathgene.host.report.run_files import DATA, FLIGHT, GRID, PATH, PICTURE, SUMMARY, digests
 from pathgene.host.report.track import track_of
 
@@ -205,6 +206,8 @@ def _captions(summary: Mapping[str, Any]) -> tuple[str, str]:
     if summary.get("fallback"):
         # In a mission, the remaining legs still come from the planner.
         by = f"{by}, {'in part by' if summary.get('legs') else 'path by'} {summary['fallback']}"
+    if note := route_note(route_from(summary)):
+        by = f"{by}, {note}"
     subtitle = (
         f"{verdict}, fitness {summary['fitness']:.4f}, {summary['length_m'] / 1000:.2f} km, "
         f"mean altitude {summary['mean_altitude_m']:,.0f} m, fuel {summary['fuel_N']:.3f} N "

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from pathgene.host.report.routes import route_from, route_note
+
 
 __all__ = ["captions", "figures"]
 
@@ -75,6 +77,8 @@ def captions(summary: Mapping[str, Any]) -> tuple[str, str]:
         by += f" on the board {board}"
     if fallback := summary.get("fallback"):
         by += f", {'in part ' if summary.get('legs') else ''}by its fallback {fallback}"
+    if note := route_note(route_from(summary)):
+        by += f", {note}"
     parts = [f"planned by {by}", str(named["uav"].get("name", "")), f"seed {summary.get('seed')}"]
     if wind := summary.get("wind"):
         east, north = wind

@@ -25,7 +25,8 @@ def test_same_seed_same_path_in_every_link_mode(planned, hills, tmp_path, capsys
 
 
 def test_plans_by_other_planners_beside_it(hills, tmp_path, capsys):
-    options = [UNDRAWN, "--chip-ms", 2, "--seed", 1, "--beside", "ga-fpga, ga-chip,astar"]
+    options = [UNDRAWN, "--polish", "chip", "--chip-ms", 2, "--seed", 1]
+    options += ["--beside", "ga-fpga, ga-chip,astar"]
     assert plan(hills, tmp_path, *options) == 0
     output = capsys.readouterr()
     assert "pathgene: Beside it, ga-fpga on model:." in output.err.splitlines()
@@ -42,12 +43,28 @@ def test_plans_by_other_planners_beside_it(hills, tmp_path, capsys):
     ]
     assert [row[4] for row in rows[1:]] == ["-", "-"]
 
-    assert plan(hills, tmp_path, *options[:6], "astar", "--json") == 0
+    assert plan(hills, tmp_path, *options[:8], "astar", "--json") == 0
     printed = json.loads(capsys.readouterr().out)
     beside = printed.pop("beside")
     assert printed == summary_in(tmp_path)
     assert [row["planner"] for row in beside] == ["ga-chip", "astar"]
     assert beside[1]["plan_us"] is None
+
+
+def test_says_that_the_route_is_that_of_astar(hills, tmp_path, capsys):
+    options = [UNDRAWN, "--chip-ms", 1, "--generations", 1, "--seed", 1]
+    assert plan(hills, tmp_path, *options, "--beside", "astar") == 0
+    lines = capsys.readouterr().out.splitlines()
+    hardware = summary_in(tmp_path)["hardware"]
+    assert hardware["route_from"] == "astar"
+    (route,) = [line.split(maxsplit=1) for line in lines if line.startswith("route ")]
+    chip = hardware["routes"]["chip"]
+    assert route == ["route", f"of astar; the chip's own has fitness {chip:.4f}"]
+    assert [line for line in lines if line.startswith("ga-chip, route of astar  model:  yes ")]
+
+    assert plan(hills, tmp_path, *options, "--polish", "chip") == 0
+    (route,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("route ")]
+    assert route.split() == ["route", "of", "the", "chip"]
 
 
 def test_a_board_of_one_core_leaves_the_model_to_the_planner_beside_it(hills, tmp_path, capsys):

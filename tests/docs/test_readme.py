@@ -28,12 +28,12 @@ def test_is_short():
 
 def test_claims_what_holds_on_held_out_ground():
     counts = []
-    for table in kept("held-out"):
+    for table in kept("held-out")[:2]:
         *problems, row = table["rows"]
         assert row["problem"] == "better than astar"
         better = [row[f"{variant}"] for variant in list(row)[2:]]
         assert all(cell.endswith(f" of {len(problems)}") for cell in better)
-        alone, polished, _, longer = (WORDS[int(cell.split()[0])] for cell in better)
+        alone, polished, _, longer, _ = (WORDS[int(cell.split()[0])] for cell in better)
         counts.append((alone, polished, longer))
         assert len(problems) == WORDS.index("eight")
     (alone, polished, longer), safe = counts

@@ -14,6 +14,7 @@ from pathgene.host.device.chip import Chip
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
+from pathgene.host.planners.chip.astar_route import Routes
 from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
 from pathgene.host.planners.chip.problem_record import whole_path
 from pathgene.host.planners.chip.replanner import ChipReplanner
@@ -42,8 +43,10 @@ class ChipGeneticPlanner:
 
     With ``polish``, each path of the last run, and of a run without a feasible path, also gets more
     waypoints on its straight pieces, up to 32 in all, and then the lowest altitudes that the ground
-    and the limits allow (:func:`~pathgene.host.planners.grid.altitudes.lowest_altitudes`). This
-    takes about 10 ms per path and makes some infeasible paths feasible.
+    and the limits allow (:func:`~pathgene.host.planners.chip.polish.polished`). This takes about
+    10 ms per path and makes some infeasible paths feasible. If a path is feasible, ``astar`` then
+    searches, its route is polished in the same way, and the better one is reported: see
+    :class:`pathgene.host.planners.chip.astar_route.Routes`.
 
     Parameters
     ----------
@@ -56,14 +59,15 @@ class ChipGeneticPlanner:
         Maximum time of a plan by the chip's clock, if the first run finds a path: 1 to 20,000
         milliseconds. By default only the generations limit it.
     polish : str
-        ``on`` or ``off``.
+        ``on``, ``chip``, which only polishes the chip's paths, without a search by ``astar``, or
+        ``off``.
     open_board : callable, optional
         As for :class:`pathgene.host.planners.allaire.ga_fpga.FpgaGeneticPlanner`.
 
     Raises
     ------
     InputError
-        If ``chip_ms`` is outside its range, or ``polish`` is neither ``on`` nor ``off``.
+        If ``chip_ms`` is outside its range, or ``polish`` is not one of these words.
     """
 
     def __init__(
@@ -78,11 +82,11 @@ class ChipGeneticPlanner:
             raise InputError(
                 f"The time on the chip must be from 1 to {MOST_CHIP_MS} ms, not {chip_ms}."
             )
-        if polish not in ("on", "off"):
-            raise InputError(f"The polish must be on or off, not {polish!r}.")
+        if polish not in ("on", "chip", "off"):
+            raise InputError(f"The polish must be on, chip or off, not {polish!r}.")
         self.board = board
         self.chip_ms = chip_ms
-        self.polishes = polish == "on"
+        self.polishes, self.adds_astar = polish != "off", polish == "on"
         self._open_board = open_board
 
     def plan(
@@ -97,10 +101,12 @@ class ChipGeneticPlanner:
         Generation 0 is the straight line, along the headings; a record follows after each run. The
         generations of the options apply to a plan whose first run finds a path. A run ends early at
         an interrupt or at the time limit, which also limits the time by the chip's clock. The
-        target fitness is only checked between runs, because the chip does not know fitness.
+        target fitness is only checked between runs, because the chip does not know fitness. The
+        history is the chip's; the search by ``astar`` has no entry there.
 
         ``hardware`` of the result has the cycles and generations of each run, the mapping from
-        metres to corners, and the bytes in both directions. ``seconds`` has ``link``, the time
+        metres to corners, the bytes in both directions, and whose route the result has.
+        ``seconds`` has ``link``, the time
         spent waiting for the board, and ``board``, the time of the runs by the chip's clock.
 
         Raises
@@ -123,7 +129,7 @@ class ChipGeneticPlanner:
             run.record(0, run.fitness([whole_path(problem, np.empty((0, 3)))]))
             with run.phase("map"):
                 task = ProblemOnChip(chip, problem, grid)
-            runs = ChipRuns(task, run, polishes=self.polishes)
+            runs, routes = ChipRuns(task, run, polishes=self.polishes), Routes(run)
             schedule = ChipSchedule(
                 config=chip.config,
                 seed=options.seed,
@@ -133,12 +139,16 @@ class ChipGeneticPlanner:
             try:
                 with run.search():
                     runs.search(schedule.first(), schedule.further())
+                    if self.adds_astar:
+                        routes.add_astar()
                 run.hardware = runs.hardware()
                 run.seconds["board"] = runs.cycles / chip.config.clock_hz
             except JobError as error:
                 # The best path from before the loss of the board is reported.
                 run.failure = str(error)
             result = run.result()
+            if result.hardware is not None:
+                result.hardware.update(routes.describe(result))
         if task.is_warm:
             result = replace(result, replanner=ChipReplanner(task))
         return result

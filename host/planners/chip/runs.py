@@ -23,9 +23,6 @@ from pathgene.host.planners.grid.repairs import repair
 
 __all__ = ["ChipRuns"]
 
-#: Waypoints between the ends of a polished path, if its straight pieces have room for them.
-_POLISHED_WAYPOINTS = 32
-
 
 class ChipRuns:
     """The runs of one plan; see :class:`pathgene.host.planners.chip.ga_chip.ChipGeneticPlanner`.
@@ -33,7 +30,7 @@ class ChipRuns:
     Parameters
     ----------
     polishes : bool
-        Each path also gets the lowest altitudes.
+        Each path is also polished; see :func:`pathgene.host.planners.chip.polish.polished`.
     repairs : bool
         If no path of a run is feasible, the best is repaired and, after the first run, the second
         best too; see :func:`pathgene.host.planners.grid.repairs.repair`.
@@ -145,24 +142,13 @@ class ChipRuns:
         return fitness
 
     def _polished(self, paths: list[NDArray[np.float64]]) -> NDArray[np.float64]:
-        """Evaluate the paths with the lowest altitudes; return the fitness of each, (m,).
+        """Evaluate the polished paths; return the fitness of each, (m,)."""
+        # It loads SciPy.
+        from pathgene.host.planners.chip.polish import polished
 
-        More waypoints on the straight pieces let the altitudes follow the ground.
-        """
-        # They load SciPy.
-        from pathgene.host.planners.grid.altitudes import lowest_altitudes
-        from pathgene.host.planners.grid.grid_search import Prices
-        from pathgene.host.planners.grid.polylines import lengthened
-
-        run, problem = self._run, self._run.evaluator.problem
+        run = self._run
         with run.phase("polish"):
-            prices = Prices(problem)
-            tracks = [
-                lengthened(path[:, :2], _POLISHED_WAYPOINTS, problem.limits.turn_radius_m)
-                for path in paths
-            ]
-            lowest = [lowest_altitudes(problem, prices, track) for track in tracks]
-        fitted = [path for path in lowest if path is not None]
+            fitted = polished(run.evaluator.problem, paths)
         return run.fitness(fitted, strict=True) if fitted else np.zeros(0)
 
     def _bytes_since(self, before: Traffic) -> dict[str, int]:

@@ -13,6 +13,7 @@ from nicegui import ui
 from pathgene.host.formats.registry import FORMATS
 from pathgene.host.mission.legs import shortcoming
 from pathgene.host.report.reading import warnings_in
+from pathgene.host.report.routes import route_from, route_note
 from pathgene.host.web.desk.job import FlightJob, SavedJob, State
 from pathgene.host.web.figures import figures
 
@@ -81,6 +82,8 @@ def _column(summary: Mapping[str, Any], *, is_earlier: bool) -> dict[str, str]:
     by = summary["planner"]
     if summary.get("fallback"):
         by += f", then {summary['fallback']}"
+    if note := route_note(route_from(summary)):
+        by += f", {note}"
     column = {"Planner": by, "Verdict": verdict}
     if warnings := warnings_in(summary):
         column["Warnings"] = " ".join(warnings)

@@ -126,6 +126,14 @@ def test_the_title_names_the_fallback(report, make_run, legs, title):
     assert scene(evaluator, result, told).title == title
 
 
+def test_the_title_names_the_route_of_astar(report, make_run):
+    evaluator, summary, *_ = report
+    told = summary | {"planner": "ga-chip", "board": None, "hardware": {"route_from": "astar"}}
+    told["terrain"] = {**summary["terrain"], "name": "hills"}
+    title = scene(evaluator, make_run()[1], told).title
+    assert title == "hills, planned by ga-chip, route of astar"
+
+
 WALL = Polygon(((1900, -50), (2100, -50), (2100, 5000), (1900, 5000)), name="border")
 
 

@@ -1,0 +1,95 @@
+"""The route of ``astar`` beside the chip's: both are polished, and the better one is reported."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pathgene.host.evaluation import Evaluation
+from pathgene.host.planners.base import Options, Result, Run, choose
+from pathgene.host.planners.registry import PLANNERS
+
+
+__all__ = ["Routes"]
+
+Path = NDArray[np.float64]
+
+_ASTAR = "astar"
+# Time limit of the search where the import of SciPy has used the time up.
+_LEAST_S = 1e-3
+
+
+class Routes:
+    """The best feasible paths of the chip and of ``astar`` in one plan.
+
+    Parameters
+    ----------
+    run : Run
+        The plan, whose candidates are the chip's until :meth:`add_astar`.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        self._chip: tuple[Path, Evaluation] | None = None
+        self._astar: Evaluation | None = None
+
+    def add_astar(self) -> None:
+        """Search with ``astar``, and polish its route like the chip's.
+
+        Both the route and the polished route become candidates of the plan, if the route is
+        feasible. The time is the phase ``astar``.
+
+        ``astar`` does not search after a stop criterion other than the generations has ended the
+        chip's search, nor where the chip has no feasible path, except as paper: then the fallback
+        decides. It has the rest of the time limit, and an interrupt ends its search, too.
+        """
+        run, problem = self._run, self._run.evaluator.problem
+        with run.phase("choice"):
+            self._chip = choose(run.evaluator, run.candidates)
+        is_stopped = run.stopped_by() not in (None, "generations") or run.out_of_time
+        if is_stopped or not (self._chip[1].feasible or problem.as_paper):
+            return
+        # They load SciPy.
+        from pathgene.host.planners.chip.polish import polished
+        from pathgene.host.planners.grid.astar import AstarPlanner
+
+        with run.phase("astar"):
+            found = AstarPlanner().plan(run.evaluator, self._options(), stop=run.stop)
+            run.evaluations += found.evaluations
+            if not found.evaluation.feasible:
+                return
+            paths = [found.path]
+            if not found.interrupted:
+                paths += polished(problem, paths)
+        run.fitness(paths, strict=True)
+        evaluations = [run.evaluator.evaluate(path) for path in paths]
+        self._astar = max(
+            (each for each in evaluations if each.feasible), key=lambda each: each.fitness
+        )
+
+    def _options(self) -> Options:
+        """Return the options of the search: astar's defaults, and the rest of the time limit."""
+        remaining_s = self._run.remaining_s
+        return Options(
+            generations=PLANNERS[_ASTAR].generations,
+            time_limit_s=None if remaining_s is None else max(remaining_s, _LEAST_S),
+            target_fitness=self._run.options.target_fitness,
+        )
+
+    def describe(self, result: Result) -> dict[str, Any]:
+        """Return the entries of ``hardware`` that say whose route a result has.
+
+        ``route_from`` is ``chip`` or ``astar``, or None without a feasible path. ``routes`` has the
+        fitness of the best feasible path of each, or None.
+        """
+        path, chip = self._chip or (result.path, result.evaluation)
+        is_chip = result.path.tobytes() == path.tobytes()
+        return {
+            "route_from": ("chip" if is_chip else _ASTAR) if result.evaluation.feasible else None,
+            "routes": {
+                "chip": chip.fitness if chip.feasible else None,
+                "astar": None if self._astar is None else self._astar.fitness,
+            },
+        }

@@ -1,0 +1,170 @@
+"""The route of ``astar`` beside the chip's, on the software model."""
+
+import numpy as np
+import pytest
+
+from pathgene.host.planners.base import Options, Stop
+from pathgene.host.planners.chip import polish
+from pathgene.host.planners.chip.ga_chip import ChipGeneticPlanner
+from pathgene.host.planners.chip.runs import ChipRuns
+from pathgene.host.planners.grid import astar
+from pathgene.host.planners.grid.astar import AstarPlanner
+from pathgene.host.planning import Search
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Zone
+
+
+#: A chip's search that hardly improves its first paths, and one that does.
+SHORT, LONG = Options(generations=1, seed=3), Options(generations=4_000, seed=3)
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """The options of all searches by astar, which take place."""
+    seen, real = [], AstarPlanner.plan
+
+    def plan(planner, evaluator, options, progress=None, stop=None):
+        seen.append(options)
+        return real(planner, evaluator, options, progress, stop)
+
+    monkeypatch.setattr(AstarPlanner, "plan", plan)
+    return seen
+
+
+def planned(evaluator, options=SHORT, **own):
+    return ChipGeneticPlanner(**own).plan(evaluator, options)
+
+
+def astar_plan(evaluator):
+    return AstarPlanner().plan(evaluator, Options(generations=400))
+
+
+def test_a_better_route_of_astar_is_polished_and_reported(evaluator, calls):
+    own, result = planned(evaluator, polish="chip"), planned(evaluator)
+    assert len(calls) == 1
+    other = astar_plan(evaluator)
+    assert own.evaluation.fitness < other.evaluation.fitness - 1e-3
+    assert result.hardware["route_from"] == "astar"
+    assert result.hardware["routes"] == {
+        "chip": own.evaluation.fitness,
+        "astar": result.evaluation.fitness,
+    }
+    assert evaluator.evaluate(result.path) == result.evaluation
+    # The same places with more waypoints between them, lower.
+    assert result.evaluation.fitness > other.evaluation.fitness
+    assert {*map(tuple, other.path[:, :2])} < {*map(tuple, result.path[:, :2])}
+    assert len(other.path) - 2 <= 16 < len(result.path) - 2 <= polish.POLISHED_WAYPOINTS
+    # Record, history included, and counters are the chip's.
+    assert (result.history, result.generations) == (own.history, own.generations)
+    assert result.hardware["runs"] == own.hardware["runs"]
+    assert result.evaluations == own.evaluations + other.evaluations + 2
+    assert result.seconds["astar"] > 0
+    assert "search" not in result.seconds
+
+
+def test_a_better_route_of_the_chip_stays(make_evaluator, calls):
+    evaluator = make_evaluator(zones=())
+    own, result = planned(evaluator, LONG, polish="chip"), planned(evaluator, LONG)
+    assert len(calls) == 1
+    assert result.hardware["route_from"] == own.hardware["route_from"] == "chip"
+    assert np.array_equal(result.path, own.path)
+    routes = result.hardware["routes"]
+    assert routes["chip"] == result.evaluation.fitness > routes["astar"]
+    assert routes["astar"] > astar_plan(evaluator).evaluation.fitness
+    assert own.hardware["routes"] == {"chip": own.evaluation.fitness, "astar": None}
+
+
+@pytest.mark.parametrize("word", ["chip", "off"])
+def test_without_the_polish_of_both_astar_does_not_search(evaluator, calls, word):
+    result = planned(evaluator, polish=word)
+    assert calls == []
+    assert "astar" not in result.seconds
+    assert ("polish" in result.seconds) == (word == "chip")
+    assert result.hardware["route_from"] == "chip"
+
+
+def test_a_replan_neither_searches_nor_polishes(evaluator, board, calls, monkeypatch):
+    before = Search("ga-chip", board=board, generations=400, seed=3).run(evaluator)
+    assert len(calls) == 1
+    polishes = []
+    monkeypatch.setattr(polish, "polished", lambda *arguments: polishes.append(arguments) or [])
+    after = before.replan(zones=[Zone.circle(4300, 2600, 300)], start=before.path[:2].mean(axis=0))
+    assert after.evaluation.feasible
+    assert "searches" in after.result.hardware
+    assert (len(calls), polishes) == (1, [])
+    assert not {"astar", "polish"} & after.result.seconds.keys()
+    assert "route_from" not in after.result.hardware
+
+
+@pytest.mark.parametrize(
+    ("reason", "limit"),
+    [("target-fitness", {"target_fitness": 1.01}), ("time-limit", {"time_limit_s": 1e-6})],
+)
+def test_where_a_limit_has_ended_the_chip_astar_does_not_search(evaluator, calls, reason, limit):
+    result = planned(evaluator, Options(generations=8_000, seed=3, **limit))
+    assert result.evaluation.feasible
+    assert result.stopped_by == reason
+    assert calls == []
+    assert result.hardware["routes"]["astar"] is None
+
+
+def test_after_an_interrupt_astar_does_not_search(evaluator, calls):
+    seen = []
+    stop = Stop(lambda: any(generation > 0 for generation, *_ in seen))
+    planner = ChipGeneticPlanner()
+    result = planner.plan(evaluator, SHORT, lambda *row: seen.append(row), stop)
+    assert result.interrupted
+    assert calls == []
+
+
+def test_an_interrupt_of_astar_keeps_the_path_of_the_chip(evaluator, monkeypatch):
+    stop = Stop()
+
+    def interrupt(*_):
+        stop.request()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(astar, "searches", interrupt)
+    result = ChipGeneticPlanner().plan(evaluator, SHORT, stop=stop)
+    own = planned(evaluator, polish="chip")
+    assert result.interrupted
+    assert result.hardware["route_from"] == "chip"
+    assert np.array_equal(result.path, own.path)
+
+
+def test_astar_has_the_rest_of_the_time_and_its_own_generations(evaluator, calls):
+    limits = {"time_limit_s": 1000.0, "target_fitness": 1.9}
+    planned(evaluator, Options(generations=5, seed=3, **limits), chip_ms=1)
+    planned(evaluator)
+    limited, free = calls
+    assert 900 < limited.time_limit_s < 1000
+    assert (limited.target_fitness, free.target_fitness) == (1.9, None)
+    assert free.time_limit_s is None
+    assert limited.generations == free.generations == 400
+
+
+def test_where_astar_finds_nothing_nothing_changes(evaluator, monkeypatch):
+    own = planned(evaluator, polish="chip")
+    for name in ("searches", "narrow_searches"):
+        monkeypatch.setattr(astar, name, lambda *_: iter(()))
+    result = planned(evaluator)
+    assert np.array_equal(result.path, own.path)
+    assert result.hardware == own.hardware
+    assert result.evaluations == own.evaluations + 1
+
+
+def test_a_problem_without_a_path_of_the_chip_is_left_to_the_fallback(
+    make_evaluator, calls, monkeypatch
+):
+    monkeypatch.setattr(ChipRuns, "search", lambda *_: None)
+    result = planned(make_evaluator(rules=Rules()))
+    assert calls == []
+    assert result.hardware["route_from"] is None
+    plan = Search("ga-chip", generations=1, fallback="astar").run(make_evaluator(rules=Rules()))
+    assert plan.fallback == "astar"
+    assert plan.result.hardware["route_from"] is None
+    # As paper there is no fallback.
+    result = planned(make_evaluator())
+    assert result.evaluation.feasible
+    assert result.hardware["route_from"] == "astar"
+    assert result.hardware["routes"] == {"chip": None, "astar": result.evaluation.fitness}

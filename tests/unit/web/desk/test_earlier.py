@@ -100,7 +100,9 @@ def saved(desk):
 async def offered():
     """Return whether the page offers a flight, its links to files, and its verdict."""
     await asyncio.sleep(0.1)
-    buttons = [each for each in ElementFilter(kind=ui.button) if each.text == "Fly"]
+    buttons = [
+        each for each in ElementFilter(kind=ui.button) if each.text == "Fly" and each.visible
+    ]
     links = [each.props["download"] for each in ElementFilter() if each.tag == "a"]
     texts = [each.text for each in ElementFilter(kind=ui.label)]
     verdict = [text for text in texts if "feasible" in text]

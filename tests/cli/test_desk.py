@@ -194,7 +194,7 @@ WEBSOCKET = (
 )
 
 
-@pytest.mark.ci
+@pytest.mark.long
 def test_clients_that_have_asked_stop_nobody_afterwards(tmp_path):
     desk, address = served(tmp_path)
     port, token = re.search(r":(\d+)/\?token=(.*)", address).groups()

@@ -330,7 +330,7 @@ def test_a_command_that_does_not_heed_its_signal_is_noticed(tmp_path, kind):
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=pytest.mark.long) if name == "compare" else name
+        pytest.param(name, marks=pytest.mark.long) if name in ("compare", "plan-model") else name
         for name in COMMANDS
     ],
 )

@@ -104,7 +104,7 @@ def findings(layouts, chip, count):
     ("config", "rows", "repeat"),
     [
         pytest.param(SMALL.replace(memory_latency=1), 64, 0.8, marks=pytest.mark.ci),
-        pytest.param(SMALL.replace(lanes=1), 0, 0.3, marks=pytest.mark.ci),
+        pytest.param(SMALL.replace(lanes=1), 0, 0.3, marks=pytest.mark.long),
         # Their builds take over a minute each.
         pytest.param(USUAL, 512, 0.9, marks=pytest.mark.long),
         pytest.param(USUAL.replace(lanes=16), 0, 0.9, marks=pytest.mark.long),

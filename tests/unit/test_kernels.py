@@ -75,7 +75,10 @@ def set_up():
     return [loaded(SET_UP.format(part=part)) for part in ("compile_host", "compile_chip")]
 
 
-@pytest.mark.parametrize("plans", [PLANS, ROUTES], ids=["plan", "auv"])
+@pytest.mark.parametrize(
+    "plans",
+    [pytest.param(PLANS, id="plan"), pytest.param(ROUTES, id="auv", marks=pytest.mark.long)],
+)
 def test_no_plan_compiles_after_a_set_up(set_up, tmp_path, plans):
     needed = loaded(plans.replace("{out}", str(tmp_path)))
     assert needed

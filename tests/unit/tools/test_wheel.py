@@ -180,7 +180,7 @@ def installed(programs):
 
 
 @needs_baseline
-@pytest.mark.ci
+@pytest.mark.long  # A wheel takes a minute.
 def test_the_wheel_is_whole(wheel):
     python = f"cp{sys.version_info.major}{sys.version_info.minor}"
     tag = f"{python}-{python}{sys.abiflags}-linux_x86_64"
@@ -207,7 +207,7 @@ def test_the_wheel_is_whole(wheel):
 
 
 @needs_baseline
-@pytest.mark.ci
+@pytest.mark.long
 @pytest.mark.parametrize("planner", ["astar", "ga-chip"])
 def test_no_plan_compiles(programs, home, planner):
     package = installed(programs)
@@ -221,7 +221,7 @@ def test_no_plan_compiles(programs, home, planner):
 
 
 @needs_baseline
-@pytest.mark.ci
+@pytest.mark.long
 def test_the_results_equal_those_of_kernels_for_this_very_processor(programs, home):
     of_wheel = json.loads(run(programs / "python", "-c", RESULTS, cwd=home, HOME=home))
     ours = json.loads(run(sys.executable, "-c", RESULTS, cwd=tool.ROOT, PYTHONPATH=tool.ROOT))
@@ -232,7 +232,7 @@ def test_the_results_equal_those_of_kernels_for_this_very_processor(programs, ho
 
 
 @needs_baseline
-@pytest.mark.ci
+@pytest.mark.long
 def test_a_wheel_that_does_not_fit_compiles(programs, home, tmp_path):
     python = programs / "python"
     cache = {"cwd": home, "HOME": home, "NUMBA_CACHE_DIR": home / "cache"}
@@ -249,7 +249,7 @@ def test_a_wheel_that_does_not_fit_compiles(programs, home, tmp_path):
 
 
 @needs_baseline
-@pytest.mark.ci
+@pytest.mark.long
 def test_an_environment_that_is_read_only(programs, home):
     """Neither it nor the home can be written, as in a container."""
     package = installed(programs)

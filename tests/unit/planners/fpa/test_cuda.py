@@ -48,7 +48,11 @@ def has_gpu():
 # With these seeds 2-opt, a step, and 2-opt again improve a solution.
 @pytest.mark.parametrize(
     ("waypoints", "threads", "width", "seed"),
-    [(4, 5, 2, 18), pytest.param(4, 32, 15, 18, marks=pytest.mark.long), (2, 7, 1, 59)],
+    [
+        pytest.param(4, 5, 2, 18, marks=pytest.mark.long),
+        pytest.param(4, 32, 15, 18, marks=pytest.mark.long),
+        (2, 7, 1, 59),
+    ],
 )
 def test_simulated_gpu_equals_the_cpu(make_evaluator, tmp_path, waypoints, threads, width, seed):
     iterations, every, stride = 4, 1, 3

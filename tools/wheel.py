@@ -154,6 +154,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--out", type=Path, default=ROOT / "dist", help="folder (default dist/)")
     out = parser.parse_args(arguments).out
+    if out.exists() and not out.is_dir():
+        parser.error(f"{out} is no folder; name the folder of the wheel.")
     with_kernels = can_compile()
     if not with_kernels:
         print(

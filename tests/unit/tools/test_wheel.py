@@ -274,3 +274,11 @@ def test_an_environment_that_is_read_only(programs, home):
             folder.chmod(mode)
     assert found == "1 0\n"
     assert kernels(package, home) == before
+
+
+def test_a_file_is_no_folder_for_a_wheel(tmp_path, capsys):
+    (tmp_path / "file").touch()
+    with pytest.raises(SystemExit) as error:
+        tool.main(["--out", str(tmp_path / "file")])
+    assert error.value.code == 2
+    assert "is no folder; name the folder of the wheel." in capsys.readouterr().err

@@ -54,6 +54,8 @@ def test_a_dropped_mission_is_seen_mended_and_taken_along(open_desk, tmp_path):
     )
     assert shown == [1, 1, 1]
     fault.click()
+    # The desk answers the click over the network.
+    page.wait_for_function("() => pathgene.profile.s !== null")
     at_m, s = page.evaluate("() => [pathgene.map.faults[0].at_m, pathgene.profile.s]")
     assert s == pytest.approx(at_m)
     page.get_by_role("button", name="Mend", exact=True).click()

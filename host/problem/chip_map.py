@@ -151,13 +151,13 @@ class ChipMap:
             (rows.stop - rows.start, columns.stop - columns.start), blocked, dtype=np.uint16
         )
         nodes = self.nodes_of(rows, columns)
-        elevation = self._problem.surface.elevation[nodes]
-        if elevation.size == 0:
+        if any(places.start >= places.stop for places in nodes):
             return heights
+        elevation, is_blocked = self._problem.search_part(*nodes)
         steps = np.ceil((elevation - self.base_m) / self.step_m)
         # The difference may have been rounded down to a step that lies below the ground.
         steps += self.base_m + steps * self.step_m < elevation
-        steps = np.where(self._problem.blocked_raster[nodes], blocked, steps)
+        steps = np.where(is_blocked, blocked, steps)
         highest = self.highest_of(steps, rows, columns)
         heights[: highest.shape[0], : highest.shape[1]] = highest
         return heights

@@ -190,7 +190,7 @@ class CornerMap(ChipMap):
         """
         wide = slice(rows.start, rows.stop + 1), slice(columns.start, columns.stop + 1)
         nodes = self.nodes_of(*wide)
-        blocked = blocked_cells([zone], self._problem.terrain, self._margin_m)[nodes]
+        blocked = blocked_cells([zone], self._problem.terrain, self._margin_m, nodes)
         corners = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=bool)
         cells = self.highest_of(blocked, *wide)
         pairs = cells[:-1] | cells[1:]

@@ -302,11 +302,35 @@ class Problem:
 
         Zones that are active at times count as always active.
         """
-        top = self.limits.ceiling_m if self.roof is None else self.roof
-        blocked: NDArray[np.bool_] = self.nofly_raster | ~(
-            self.surface.elevation <= np.minimum(top, self.limits.ceiling_m)
-        )
+        blocked = self._blocked(self.surface.elevation, self.nofly_raster, self.roof)
         return blocked if self._rasters is None else blocked | self._rasters.at_times
+
+    def _blocked(
+        self,
+        floor: NDArray[np.float64],
+        nofly: NDArray[np.bool_],
+        roof: NDArray[np.float64] | None,
+    ) -> NDArray[np.bool_]:
+        """Return the nodes that are no-fly or have no room below the roof and the ceiling."""
+        ceiling_m = self.limits.ceiling_m
+        top = ceiling_m if roof is None else np.minimum(roof, ceiling_m)
+        blocked: NDArray[np.bool_] = nofly | ~(floor <= top)
+        return blocked
+
+    def search_part(
+        self, rows: slice, columns: slice
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Return the heights of :attr:`surface` and :attr:`blocked_raster` in a part of the grid.
+
+        Only this part is computed, unless the whole is known or wanted: a replan cannot wait for
+        the rasters of a map.
+        """
+        is_whole = (rows.stop - rows.start, columns.stop - columns.start) == self.terrain.shape
+        if is_whole or self.rules is None or "_rasters" in vars(self):
+            return self.surface.elevation[rows, columns], self.blocked_raster[rows, columns]
+        found = self._search_rasters(rows, columns)
+        blocked = self._blocked(found.floor, found.nofly, found.roof)
+        return found.floor, blocked | found.at_times
 
     @property
     def zones_at_times(self) -> tuple[Zone, ...]:
@@ -335,10 +359,21 @@ class Problem:
     def _rasters(self) -> SearchRasters | None:
         if self.rules is None:
             return None
-        # Loads SciPy.
+        rows, columns = self.terrain.shape
+        return self._search_rasters(slice(0, rows), slice(0, columns))
+
+    def _search_rasters(self, rows: slice, columns: slice) -> SearchRasters:
         from pathgene.host.problem.surface import SearchRasters
 
-        return SearchRasters(self.terrain, self.demand, self.zones, self.rules, self._fastest_m_s)
+        assert self.rules is not None
+        return SearchRasters(
+            self.terrain,
+            self.demand,
+            self.zones,
+            self.rules,
+            self._fastest_m_s,
+            (rows, columns),
+        )
 
     def zone_at(self, point: Point, *, at_start: bool = False) -> str:
         """Return the zone that holds a point, x, y and altitude, in words; empty for none.

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,8 @@ from numpy.typing import NDArray
 from pathgene.host.problem.aircraft import Aircraft
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.rules import Rules
-from pathgene.host.problem.zone_raster import blocked_cells
+from pathgene.host.problem.surroundings import around
+from pathgene.host.problem.zone_raster import Part, blocked_cells
 from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
 from pathgene.host.terrain.surface import ANY_VOID_M, VOID_M, surface_below
@@ -34,14 +34,8 @@ _CELLS_AT_ENDS = 4.0
 _SHARE_OF_CLIMB = 0.9
 # The rasters lie this far below the ends, so that rounding does not enclose the ends.
 _BELOW_ENDS_M = 0.005
-# Places on the rim of the corridor around an end, and metres by which they may miss the highest
-# surface there.
-_RIM_PLACES = 3600
-_RIM_SLACK_M = 1e-3
 # A square that ends this far beyond the corridor from the edge of the map is not in it, metres.
 _EDGE_M = 1e-6
-# Number of places of a terrain whose surroundings are cached.
-_MOST_PLACES = 64
 
 
 @dataclass(frozen=True)
@@ -80,10 +74,10 @@ class Demand:
         """Return the required clearance of a flight."""
         ends = np.array([start, goal])
         below = surface_below(terrain, ends[:, 0], ends[:, 1])
-        around = _around(terrain, rules.corridor_m)
+        surroundings = around(terrain, rules.corridor_m)
         beside = np.array(
             [
-                around.highest_within(terrain, x, y, z - rules.clearance_m)
+                surroundings.highest_within(terrain, x, y, z - rules.clearance_m)
                 for x, y, z in ends.tolist()
             ]
         )
@@ -118,42 +112,6 @@ class Demand:
         return required
 
 
-def _highest_within(terrain: Terrain, x: float, y: float, radius_m: float) -> float:
-    """Return the highest surface within a distance of a point, metres; infinite near a void.
-
-    The maximum lies at a node, on the rim, or where the rim crosses a line of nodes or of the
-    squares around them. A millimetre is added because the rim is sampled.
-    """
-    if radius_m == 0:
-        return float(surface_below(terrain, np.array([x]), np.array([y]))[0])
-    angles = [np.linspace(0.0, 2 * math.pi, _RIM_PLACES, endpoint=False)]
-    for at, side, shift in ((x, terrain.dx_m, 0.0), (y, terrain.dy_m, 0.5 * math.pi)):
-        lines = (
-            0.5
-            * side
-            * np.arange(
-                math.ceil(2 * (at - radius_m) / side), math.floor(2 * (at + radius_m) / side) + 1
-            )
-        )
-        turn = np.arccos(np.clip((lines - at) / radius_m, -1, 1))
-        angles += [shift + turn, shift - turn]
-    around = np.concatenate(angles)
-    # Both sides of a border between two squares.
-    rim = (radius_m + np.array([[-1e-6], [0.0], [1e-6]])) * np.stack(
-        (np.cos(around), np.sin(around))
-    )[:, None]
-    highest = surface_below(terrain, x + rim[0].ravel(), y + rim[1].ravel()).max()
-    # Nodes whose squares the circle touches.
-    rows, columns = terrain.shape
-    across = np.arange(columns) * terrain.dx_m
-    up = np.arange(rows) * terrain.dy_m
-    away_x = np.maximum(np.abs(across - x) - 0.5 * terrain.dx_m, 0.0)
-    away_y = np.maximum(np.abs(up - y) - 0.5 * terrain.dy_m, 0.0)
-    touched = np.hypot(away_x[None, :], away_y[:, None]) <= radius_m
-    nodes = np.where(np.isnan(terrain.elevation), np.inf, terrain.elevation)[touched]
-    return float(max(highest, nodes.max(initial=-np.inf))) + _RIM_SLACK_M
-
-
 class SearchRasters:
     """Rasters with the terrain's shape; a sampled path above them nearly always keeps the rules.
 
@@ -172,6 +130,8 @@ class SearchRasters:
         Corridor, margin of zones and ceiling above ground.
     fastest_m_s : float
         Maximum possible ground speed.
+    part : (slice, slice), optional
+        Rows and columns of the rasters, all by default: the same numbers as in the whole rasters.
 
     Attributes
     ----------
@@ -198,17 +158,21 @@ class SearchRasters:
         zones: Collection[Zone],
         rules: Rules,
         fastest_m_s: float,
+        part: Part | None = None,
     ) -> None:
-        self.floor = _floor(terrain, demand, rules.corridor_m)
+        if part is None:
+            part = slice(0, terrain.shape[0]), slice(0, terrain.shape[1])
+        self.floor = _floor(terrain, demand, rules.corridor_m, part)
         roof: Floats | None = None
         if rules.ceiling_agl_m is not None:
             # The surface in a node's square is nowhere below the node.
-            roof = np.where(terrain.voids, np.inf, terrain.elevation + rules.ceiling_agl_m)
+            ground = terrain.elevation[part]
+            roof = np.where(np.isnan(ground), np.inf, ground + rules.ceiling_agl_m)
         # All zones without heights and times at once: there may be thousands.
         plain = [zone for zone in zones if not zone.limits.keys() - {"name"}]
         limited = [zone for zone in zones if zone.limits.keys() - {"name"}]
-        self.nofly = blocked_cells(plain, terrain, rules.zone_margin_m)
-        self.at_times = np.zeros(terrain.shape, dtype=bool)
+        self.nofly = blocked_cells(plain, terrain, rules.zone_margin_m, part)
+        self.at_times = np.zeros(self.nofly.shape, dtype=bool)
         at_times = []
         start = demand.ends[0]
         for zone in limited:
@@ -216,11 +180,11 @@ class SearchRasters:
                 reach_m = fastest_m_s * zone.t1_s + rules.zone_margin_m
                 if zone.footprint.least_distance_m(start[0], start[1]) > reach_m:
                     continue
-            cells = blocked_cells([zone], terrain, rules.zone_margin_m)
+            cells = blocked_cells([zone], terrain, rules.zone_margin_m, part)
             if zone.lower_m is not None:
                 lowest = zone.lower_m - rules.zone_margin_m
                 under = cells & (self.floor + rules.clearance_m <= lowest)
-                roof = np.full(terrain.shape, np.inf) if roof is None else roof
+                roof = np.full(cells.shape, np.inf) if roof is None else roof
                 roof[under] = np.minimum(roof[under], lowest)
                 cells &= ~under
             if zone.upper_m is None:
@@ -237,35 +201,30 @@ class SearchRasters:
         self.roof = roof if roof is not None and np.isfinite(roof).any() else None
 
 
-def _floor(
-    terrain: Terrain,
-    demand: Demand,
-    corridor_m: float,
-) -> Floats:
+def _floor(terrain: Terrain, demand: Demand, corridor_m: float, part: Part) -> Floats:
     """Return the surface around each node plus the required clearance, NaN near voids."""
-    highest = _around(terrain, corridor_m).nodes
+    highest = around(terrain, corridor_m).nodes[part]
     floor = highest + demand.clearance_m
     half_diagonal = 0.5 * math.hypot(terrain.dx_m, terrain.dy_m)
     # Less is required only near the ends.
     windows = [
-        _window(terrain, at, reach + 2 * half_diagonal)
+        _Window(terrain, at, reach + 2 * half_diagonal, part)
         for at, reach in zip(demand.ends, _reaches_m(demand, half_diagonal), strict=True)
     ]
-    for rows, columns in windows:
-        x, y = _places(terrain, rows, columns)
-        required = demand.required_m(x, y, -half_diagonal, beside=True)
-        floor[rows, columns] = highest[rows, columns] + required
+    for window in windows:
+        required = demand.required_m(window.x, window.y, -half_diagonal, beside=True)
+        floor[window.here] = highest[window.here] + required
     # At the ends a node requires no more than the aircraft can climb from there.
-    for (rows, columns), (at_x, at_y, z), slope, height in zip(
+    for window, (at_x, at_y, z), slope, height in zip(
         windows, demand.ends, demand.slopes, demand.heights_beside_m, strict=True
     ):
-        x, y = _places(terrain, rows, columns)
-        there = floor[rows, columns]
+        x, y = window.x, window.y
+        there = floor[window.here]
         away = np.maximum(np.hypot(x - at_x, y - at_y) - half_diagonal, 0.0)
         # The raster requires more than the rule where the ground rises from node to node.
         ramp_m = (max(demand.clearance_m - height, 0.0) + demand.clearance_m) / slope
         near = away <= _CELLS_AT_ENDS * half_diagonal + ramp_m
-        heights = terrain.elevation[rows, columns]
+        heights = terrain.elevation[window.nodes]
         least = np.where(np.isnan(heights), VOID_M, heights)
         least = least + demand.required_m(x, y, half_diagonal)
         steepest = _SHARE_OF_CLIMB * 2.0 * slope
@@ -273,15 +232,15 @@ def _floor(
         eased = np.minimum(eased, np.where(away == 0, z - _BELOW_ENDS_M, np.inf))
         # Nodes near a void are not lowered, unless the end itself is next to the void.
         near &= (there < ANY_VOID_M) | (away <= _CELLS_AT_ENDS * half_diagonal)
-        floor[rows, columns] = np.where(near, eased, there)
-    floor = np.where(floor > ANY_VOID_M, np.nan, floor)
+        floor[window.here] = np.where(near, eased, there)
+    floor[floor > ANY_VOID_M] = np.nan
     if corridor_m > 0:
-        _block_edges(floor, terrain, demand.ends, corridor_m)
+        _block_edges(floor, terrain, demand.ends, corridor_m, part)
     return floor
 
 
 def _block_edges(
-    floor: Floats, terrain: Terrain, ends: tuple[Point, Point], corridor_m: float
+    floor: Floats, terrain: Terrain, ends: tuple[Point, Point], corridor_m: float, part: Part
 ) -> None:
     """Write NaN to the nodes with a point in their square whose corridor leaves the map.
 
@@ -289,14 +248,24 @@ def _block_edges(
     an edge than the end and the corridor. Half a cell, because the chip looks at the four nodes
     around a corner, and one of them may lie between the end and the edge.
     """
+    depths = [
+        math.ceil((corridor_m - _EDGE_M) / side + 0.5) for side in (terrain.dy_m, terrain.dx_m)
+    ]
+    bands = [
+        (max(depth - places.start, 0), max(count - depth - places.start, 0))
+        for depth, places, count in zip(depths, part, terrain.shape, strict=True)
+    ]
+    (south, north), (west, east) = bands
+    if not (south or west or north < floor.shape[0] or east < floor.shape[1]):
+        return
     half_diagonal = 0.5 * math.hypot(terrain.dx_m, terrain.dy_m)
     kept = []
     for x, y, _ in ends:
         # Distances from the west, east, south and north.
         away = (x, terrain.width_m - x, y, terrain.height_m - y)
         reach_m = (_CELLS_AT_ENDS + 1) * half_diagonal + max(corridor_m - min(away), 0.0)
-        window = _window(terrain, (x, y, 0.0), reach_m)
-        at_x, at_y = _places(terrain, *window)
+        window = _Window(terrain, (x, y, 0.0), reach_m, part)
+        at_x, at_y = window.x, window.y
         near = np.hypot(at_x - x, at_y - y) <= reach_m
         for places, side, end_m in (
             (at_x, terrain.dx_m, away[0]),
@@ -305,13 +274,10 @@ def _block_edges(
             (terrain.height_m - at_y, terrain.dy_m, away[3]),
         ):
             near &= places + side > min(end_m, corridor_m)
-        kept.append((window, near, floor[window].copy()))
-    rows, columns = (
-        math.ceil((corridor_m - _EDGE_M) / side + 0.5) for side in (terrain.dy_m, terrain.dx_m)
-    )
-    floor[:rows] = floor[-rows:] = floor[:, :columns] = floor[:, -columns:] = np.nan
-    for window, near, heights in kept:
-        floor[window] = np.where(near, heights, floor[window])
+        kept.append((window.here, near, floor[window.here].copy()))
+    floor[:south] = floor[north:] = floor[:, :west] = floor[:, east:] = np.nan
+    for here, near, heights in kept:
+        floor[here] = np.where(near, heights, floor[here])
 
 
 def _reaches_m(demand: Demand, half_diagonal: float) -> tuple[float, float]:
@@ -328,122 +294,49 @@ def _reaches_m(demand: Demand, half_diagonal: float) -> tuple[float, float]:
     return start, goal
 
 
-def _window(terrain: Terrain, at: Point, reach_m: float) -> tuple[slice, slice]:
-    """Return rows and columns of the nodes within a distance of a point in both axes."""
-    (rows, columns), (x, y, _) = terrain.shape, at
-    south, west = (
-        max(math.floor((middle - reach_m) / side), 0)
-        for middle, side in ((y, terrain.dy_m), (x, terrain.dx_m))
-    )
-    north, east = (
-        min(math.ceil((middle + reach_m) / side) + 1, count)
-        for middle, side, count in ((y, terrain.dy_m, rows), (x, terrain.dx_m, columns))
-    )
-    return slice(south, north), slice(west, east)
-
-
-def _places(terrain: Terrain, rows: slice, columns: slice) -> tuple[Floats, Floats]:
-    """Return x of the columns, (1, n), and y of the rows, (m, 1), metres."""
-    x = np.arange(columns.start, columns.stop, dtype=np.float64)[None, :] * terrain.dx_m
-    y = np.arange(rows.start, rows.stop, dtype=np.float64)[:, None] * terrain.dy_m
-    return x, y
-
-
-class _Around:
-    """The highest surface around places of a terrain, cached because changed problems ask again.
-
-    Parameters
-    ----------
-    terrain : Terrain
-        The ground.
-    corridor_m : float
-        Distance within which the surface counts.
+class _Window:
+    """The nodes of a part of the rasters within a distance of a point in both axes.
 
     Attributes
     ----------
-    nodes : (ny, nx) float64, metres
-        See :func:`_highest_around`; do not write to it.
+    nodes : (slice, slice)
+        Their rows and columns.
+    here : (slice, slice)
+        The same in the part.
     """
 
-    def __init__(self, terrain: Terrain, corridor_m: float) -> None:
-        self.corridor_m = corridor_m
-        # Without a reference to the terrain, which is the weak key of this object.
-        heights = np.where(terrain.voids, VOID_M, terrain.elevation)
-        self.nodes = _highest_around(heights, terrain, corridor_m)
-        self._within: dict[tuple[float, float], float] = {}
+    def __init__(self, terrain: Terrain, at: Point, reach_m: float, part: Part) -> None:
+        self._terrain = terrain
+        rows, columns = (
+            _within(middle, reach_m, side, places)
+            for middle, side, places in (
+                (at[1], terrain.dy_m, part[0]),
+                (at[0], terrain.dx_m, part[1]),
+            )
+        )
+        self.nodes = rows, columns
+        self.here = (_moved_to(part[0], rows), _moved_to(part[1], columns))
 
-    def highest_within(self, terrain: Terrain, x: float, y: float, enough_m: float) -> float:
-        """Return the highest surface around a point, metres; infinite near a void.
+    @property
+    def x(self) -> Floats:
+        """Place of the columns, (1, n), metres."""
+        columns = self.nodes[1]
+        return np.arange(columns.start, columns.stop, dtype=np.float64)[None] * self._terrain.dx_m
 
-        If no surface around the nearest node's square is above ``enough_m``, its highest is
-        returned.
-        """
-        nearest = float(self.nodes[terrain.nearest_nodes(x, y)])
-        if nearest <= enough_m:
-            return nearest
-        if (x, y) not in self._within:
-            if len(self._within) >= _MOST_PLACES:
-                self._within.clear()
-            self._within[x, y] = _highest_within(terrain, x, y, self.corridor_m)
-        return self._within[x, y]
-
-
-# The surroundings for the latest corridor of each terrain.
-_AROUND: WeakKeyDictionary[Terrain, _Around] = WeakKeyDictionary()
+    @property
+    def y(self) -> Floats:
+        """Place of the rows, (m, 1), metres."""
+        rows = self.nodes[0]
+        return np.arange(rows.start, rows.stop, dtype=np.float64)[:, None] * self._terrain.dy_m
 
 
-def _around(terrain: Terrain, corridor_m: float) -> _Around:
-    known = _AROUND.get(terrain)
-    if known is None or known.corridor_m != corridor_m:
-        known = _AROUND[terrain] = _Around(terrain, corridor_m)
-    return known
+def _within(middle: float, reach_m: float, side: float, places: slice) -> slice:
+    """Return the nodes of an axis within a distance of ``middle``, among ``places``."""
+    first = max(math.floor((middle - reach_m) / side), places.start)
+    last = min(math.ceil((middle + reach_m) / side) + 1, places.stop)
+    return slice(first, max(last, first))
 
 
-def _highest_around(heights: Floats, terrain: Terrain, corridor_m: float) -> Floats:
-    """Return the highest surface within ``corridor_m`` of each node's square, in both axes."""
-    reach = [0.5 + corridor_m / side for side in (terrain.dy_m, terrain.dx_m)]
-    # Squares of nodes this far away are touched, too.
-    nodes = [math.floor(cells + 0.5) for cells in reach]
-    highest = _spread(_spread(heights, 0, nodes[0]), 1, nodes[1])
-    for axis in (0, 1):
-        for side in (-1, 1):
-            # Between nodes, heights are linear along each axis: the extremes lie at the rim.
-            rim = _moved(heights, axis, side * reach[axis])
-            other = 1 - axis
-            np.maximum(highest, _spread(rim, other, math.floor(reach[other])), out=highest)
-            if axis == 0:
-                for sign in (-1, 1):
-                    np.maximum(highest, _moved(rim, 1, sign * reach[1]), out=highest)
-    return highest
-
-
-def _spread(raster: Floats, axis: int, nodes: int) -> Floats:
-    """Return the maximum within ``nodes`` of each node along an axis; SciPy takes 0.3 s to load."""
-    spread = raster.copy()
-    highest = np.moveaxis(spread, axis, 0)
-    nodes = min(nodes, len(highest) - 1)
-    within = 0
-    while within < nodes:
-        # The windows around nodes this far away touch the window around the node.
-        step = min(2 * within + 1, nodes - within)
-        near = highest.copy()
-        np.maximum(highest[step:], near[:-step], out=highest[step:])
-        np.maximum(highest[:-step], near[step:], out=highest[:-step])
-        np.maximum(highest[:step], near[0], out=highest[:step])
-        np.maximum(highest[-step:], near[-1], out=highest[-step:])
-        within += step
-    return spread
-
-
-def _moved(raster: Floats, axis: int, cells: float) -> Floats:
-    """Return the raster shifted by ``cells`` along an axis, linear between nodes."""
-    before = math.floor(cells)
-    share = cells - before
-    index = np.arange(raster.shape[axis])
-    last = raster.shape[axis] - 1
-    low = np.take(raster, np.clip(index + before, 0, last), axis=axis)
-    if share == 0:
-        return low
-    return (1 - share) * low + share * np.take(
-        raster, np.clip(index + before + 1, 0, last), axis=axis
-    )
+def _moved_to(places: slice, nodes: slice) -> slice:
+    """Return ``nodes`` counted from the first of ``places``."""
+    return slice(nodes.start - places.start, nodes.stop - places.start)

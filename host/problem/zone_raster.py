@@ -21,7 +21,7 @@ from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["blocked_cells"]
+__all__ = ["Part", "blocked_cells"]
 
 # Wider than the strict rule's micrometre, so that a free cell contains no place that the rule
 # rejects.
@@ -30,9 +30,13 @@ _SLACK_M = 2 * EDGE_M
 _LEVEL_M = 1e-9
 
 _Floats = NDArray[np.float64]
+#: Rows and columns of a raster, each with a start and a stop.
+Part = tuple[slice, slice]
 
 
-def blocked_cells(zones: Iterable[Zone], terrain: Terrain, margin_m: float) -> NDArray[np.bool_]:
+def blocked_cells(
+    zones: Iterable[Zone], terrain: Terrain, margin_m: float, part: Part | None = None
+) -> NDArray[np.bool_]:
     """Return the nodes of ``terrain`` whose cells meet a zone, (ny, nx) bool, row 0 the south.
 
     Parameters
@@ -43,18 +47,39 @@ def blocked_cells(zones: Iterable[Zone], terrain: Terrain, margin_m: float) -> N
         The grid.
     margin_m : float
         Distance by which a zone is widened, 0 or more.
+    part : (slice, slice), optional
+        Rows and columns to return; all by default.
     """
-    rows, columns = terrain.elevation.shape
-    inside = np.zeros((rows, columns), dtype=bool)
-    capsules = [np.empty((0, 5))]
+    rows, columns = terrain.shape
+    part = (slice(0, rows), slice(0, columns)) if part is None else part
+    inside = np.zeros([max(places.stop - places.start, 0) for places in part], dtype=bool)
+    if not inside.size:
+        return inside
+    capsules = []
     for zone in zones:
+        if not _may_meet(zone, terrain, margin_m, part):
+            continue
         pieces = zone.footprint.capsules(margin_m)
         pieces[:, 4] += _SLACK_M
         capsules.append(pieces)
         if zone.footprint.rings:
-            _add_nodes(inside, pieces[:, :4], terrain)
-    _add_capsules(inside, np.concatenate(capsules), terrain)
+            _add_nodes(inside, pieces[:, :4], terrain, part)
+    if capsules:
+        _add_capsules(inside, np.concatenate(capsules), terrain, part)
     return inside
+
+
+def _may_meet(zone: Zone, terrain: Terrain, margin_m: float, part: Part) -> bool:
+    """Return whether the box of a zone with its margin is within a cell of a part of the grid."""
+    west, south, east, north = zone.footprint.box
+    reach_m = margin_m + _SLACK_M
+    return all(
+        low - reach_m <= (places.stop + 1) * side and (places.start - 1) * side <= high + reach_m
+        for low, high, places, side in (
+            (south, north, part[0], terrain.dy_m),
+            (west, east, part[1], terrain.dx_m),
+        )
+    )
 
 
 def _spread(first: _Floats, last: _Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -65,49 +90,56 @@ def _spread(first: _Floats, last: _Floats) -> tuple[NDArray[np.intp], NDArray[np
     return item, row + first.astype(np.intp)[item]
 
 
-def _add_nodes(inside: NDArray[np.bool_], borders: _Floats, terrain: Terrain) -> None:
+def _add_nodes(inside: NDArray[np.bool_], borders: _Floats, terrain: Terrain, part: Part) -> None:
     """Set the nodes inside a polygon, by the even-odd rule; ``borders`` are x, y, x, y of edges."""
-    rows, columns = inside.shape
+    rows, columns = part
     low, high = np.minimum(borders[:, 1], borders[:, 3]), np.maximum(borders[:, 1], borders[:, 3])
     edge, row = _spread(
-        np.ceil(np.clip(low / terrain.dy_m, 0, rows)),
-        np.ceil(np.clip(high / terrain.dy_m, 0, rows)) - 1,
+        np.ceil(np.clip(low / terrain.dy_m, rows.start, rows.stop)),
+        np.ceil(np.clip(high / terrain.dy_m, rows.start, rows.stop)) - 1,
     )
     if not len(row):
         return
     xa, ya, xb, yb = borders[edge].T
     x = xa + (row * terrain.dy_m - ya) / (yb - ya) * (xb - xa)
-    column = np.ceil(np.clip(x / terrain.dx_m, 0, columns)).astype(np.intp)
+    # Crossings to the west of the part count at its first column.
+    column = np.ceil(np.clip(x / terrain.dx_m, columns.start, columns.stop)).astype(np.intp)
     south, north = int(row.min()), int(row.max()) + 1
-    crossings = np.zeros((north - south, columns + 1), dtype=np.int32)
-    np.add.at(crossings, (row - south, column), 1)
+    crossings = np.zeros((north - south, columns.stop - columns.start + 1), dtype=np.int32)
+    np.add.at(crossings, (row - south, column - columns.start), 1)
     # A row crosses a ring an even number of times, so the counts to the west and to the east agree
     # modulo 2.
-    inside[south:north] |= np.cumsum(crossings, axis=1, dtype=np.int32)[:, :-1] % 2 == 1
+    is_odd = np.cumsum(crossings, axis=1, dtype=np.int32)[:, :-1] % 2 == 1
+    inside[south - rows.start : north - rows.start] |= is_odd
 
 
-def _add_capsules(inside: NDArray[np.bool_], capsules: _Floats, terrain: Terrain) -> None:
+def _add_capsules(
+    inside: NDArray[np.bool_], capsules: _Floats, terrain: Terrain, part: Part
+) -> None:
     """Set the cells that capsules meet: rows of two ends x, y, x, y and the radius."""
-    rows, columns = inside.shape
+    rows, columns = part
     low, high = (
         np.minimum(capsules[:, 1], capsules[:, 3]),
         np.maximum(capsules[:, 1], capsules[:, 3]),
     )
     which, row = _spread(
-        np.ceil(np.clip((low - capsules[:, 4]) / terrain.dy_m - 0.5, 0, rows)),
-        np.floor(np.clip((high + capsules[:, 4]) / terrain.dy_m + 0.5, -1, rows - 1)),
+        np.ceil(np.clip((low - capsules[:, 4]) / terrain.dy_m - 0.5, rows.start, rows.stop)),
+        np.floor(
+            np.clip((high + capsules[:, 4]) / terrain.dy_m + 0.5, rows.start - 1, rows.stop - 1)
+        ),
     )
     middle: _Floats = row * np.float64(terrain.dy_m)
     south, north = middle - 0.5 * terrain.dy_m, middle + 0.5 * terrain.dy_m
     xa, ya, xb, yb, radius = capsules[which].T
     east = _easternmost(xa, ya, xb, yb, radius, south, north)
     west = -_easternmost(-xa, ya, -xb, yb, radius, south, north)
-    left = np.ceil(np.clip(west / terrain.dx_m - 0.5, 0, columns)).astype(np.intp)
-    right = np.floor(np.clip(east / terrain.dx_m + 0.5, -1, columns - 1)).astype(np.intp)
+    left = np.ceil(np.clip(west / terrain.dx_m - 0.5, columns.start, columns.stop))
+    right = np.floor(np.clip(east / terrain.dx_m + 0.5, columns.start - 1, columns.stop - 1))
     met = left <= right
     if not met.any():
         return
-    row, left, right = row[met], left[met], right[met]
+    row = row[met] - rows.start
+    left, right = ((each[met] - columns.start).astype(np.intp) for each in (left, right))
     # Zones are usually small.
     south_row, north_row = int(row.min()), int(row.max()) + 1
     west_column, east_column = int(left.min()), int(right.max()) + 1

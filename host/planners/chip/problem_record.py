@@ -175,7 +175,9 @@ def _ahead(problem: Problem, end: Point, way: tuple[float, float], steepest_rad:
     share = np.arange(1, _PLACES + 1) / _PLACES
     x, y = (at + share * run_m * along for at, along in zip(end[:2], way, strict=True))
     # Blocked nodes need no height: no path passes there.
-    surface = surface_below(problem.surface, x, y, void_m=-math.inf)
+    surface = surface_below(
+        terrain, x, y, void_m=-math.inf, heights_in=lambda *part: problem.search_part(*part)[0]
+    )
     needed_m = float(((surface - end[2]) / share).max())
     rise_m = min(max(needed_m, 0.0), _SHARE_OF_SLOPE * math.tan(steepest_rad) * run_m)
     return float(x[-1]), float(y[-1]), end[2] + rise_m

@@ -37,6 +37,9 @@ class Place:
         self.surface = self.terrain
         self.blocked_raster = self.nofly_raster | self.terrain.voids
 
+    def search_part(self, rows, columns):
+        return self.surface.elevation[rows, columns], self.blocked_raster[rows, columns]
+
 
 @st.composite
 def places(draw):

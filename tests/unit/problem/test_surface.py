@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from scipy.ndimage import maximum_filter1d
 
+from pathgene.host.errors import InputError
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
-from pathgene.host.problem.surface import _spread
-from pathgene.host.problem.zones import Circle
+from pathgene.host.problem.surroundings import _spread
+from pathgene.host.problem.zones import Circle, Polygon
 from pathgene.host.terrain import Terrain
 from tests.support.host.flight_oracle import surface
 
@@ -134,3 +135,59 @@ def test_demand_grows_from_low_ends():
     floor = problem.surface.elevation[20]
     climb = 15 + np.tan(np.radians(10.0)) * 50.0 * np.arange(41)
     assert (np.minimum(climb, 60)[1:20] >= floor[1:20]).all()
+
+
+def random_zone(rng, width_m, height_m):
+    """Return a circle or a polygon, often with dents, with random heights and times."""
+    x, y = rng.uniform(-0.1, 1.1, 2) * (width_m, height_m)
+    radius = float(rng.uniform(0.0, 0.4) * min(width_m, height_m))
+    limits = {}
+    if rng.random() < 0.3:
+        limits["lower_m"] = float(rng.uniform(50, 200))
+    if rng.random() < 0.3:
+        limits["upper_m"] = float(rng.uniform(201, 400))
+    if rng.random() < 0.3:
+        limits["t0_s"] = float(rng.uniform(0, 30))
+    if rng.random() < 0.3:
+        limits["t1_s"] = float(rng.uniform(31, 200))
+    if rng.random() < 0.5:
+        return Circle(float(x), float(y), radius, **limits)
+    angles = np.sort(rng.uniform(0, 2 * np.pi, rng.integers(3, 12)))
+    away = (radius + 1.0) * rng.uniform(0.2, 1.0, len(angles))
+    corners = np.column_stack((x + away * np.cos(angles), y + away * np.sin(angles)))
+    return Polygon(tuple(map(tuple, corners.tolist())), **limits)
+
+
+@pytest.mark.parametrize("ceiling_agl_m", [None, 90.0])
+@pytest.mark.parametrize("corridor_m", [0.0, 45.0])
+def test_a_part_of_the_search_rasters_equals_the_whole(corridor_m, ceiling_agl_m):
+    rng = np.random.default_rng(4)
+    rules = Rules(corridor_m=corridor_m, ceiling_agl_m=ceiling_agl_m)
+    compared = 0
+    for _ in range(60):
+        shape = rng.integers(4, 40, 2)
+        elevation = rng.uniform(0, 60, shape)
+        elevation[rng.random(shape) < 0.02] = np.nan
+        terrain = land(elevation, *rng.uniform(5, 80, 2).tolist())
+        zones = [
+            random_zone(rng, terrain.width_m, terrain.height_m) for _ in range(rng.integers(4))
+        ]
+        ends = [
+            (*(rng.random(2) * (terrain.width_m, terrain.height_m)).tolist(), 500.0)
+            for _ in range(2)
+        ]
+        try:
+            whole, other = (Problem(terrain, *ends, FOX, zones, rules=rules) for _ in range(2))
+            floor, blocked = whole.surface.elevation, whole.blocked_raster
+        except InputError:
+            # An end in a zone or over a void.
+            continue
+        for _ in range(6):
+            rows, columns = (
+                slice(*np.sort(rng.choice(count + 1, 2, replace=False)).tolist()) for count in shape
+            )
+            found = other.search_part(rows, columns)
+            np.testing.assert_array_equal(found[0], floor[rows, columns])
+            np.testing.assert_array_equal(found[1], blocked[rows, columns])
+            compared += 1
+    assert compared > 200

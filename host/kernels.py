@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import subprocess
 import sys
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -21,7 +21,11 @@ from pathgene.host.auv.field import PAPER_SAMPLES, AuvField, whole_angle
 from pathgene.host.auv.plan import evolve, terms
 from pathgene.host.compiling import compile_evaluation
 from pathgene.host.device.boards import open_board, with_core
+from pathgene.host.device.checker_boards import order_board
+from pathgene.host.device.paths import pack_waypoints
 from pathgene.host.diagnosis.ladder import diagnose
+from pathgene.host.mission.foreign.check import check_path
+from pathgene.host.mission.foreign.judge import FlightProblem
 from pathgene.host.mission.plan import plan
 from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
 from pathgene.host.planners.routes.field import READINGS
@@ -32,6 +36,7 @@ from pathgene.host.terrain import Terrain
 
 
 __all__ = ["compile_chip", "compile_host"]
+_Kind = TypeVar("_Kind", bound=Problem)
 
 # Planners that have kernels in addition to the evaluation, with options for a short search.
 _PLANNERS: dict[str, dict[str, Any]] = {
@@ -46,9 +51,12 @@ def compile_host() -> None:
     for as_paper in (False, True):
         compile_evaluation(as_paper)
     for planner, options in _PLANNERS.items():
-        plan(_problem(), planner=planner, seed=0, **options)
+        plan(_problem(Problem), planner=planner, seed=0, **options)
     # Why there is no path.
-    diagnose(_problem())
+    diagnose(_problem(Problem))
+    # Faults of a mission, whose zones are judged one by one.
+    problem = _problem(FlightProblem)
+    check_path(problem, np.array([problem.start, problem.goal], dtype=np.float64))
     for samples, reading, kind in itertools.product((None, PAPER_SAMPLES), READINGS, AUV_PLANNERS):
         field = AuvField(1, reading=reading, samples=samples)
         (generation,) = itertools.islice(evolve(field, kind), 1, 2)
@@ -57,17 +65,21 @@ def compile_host() -> None:
 
 
 def compile_chip() -> None:
-    """Compile the kernels of the model of the planner core."""
-    problem = _problem()
+    """Compile the kernels of the model: of the planner core, and of the collision checker."""
+    problem = _problem(Problem)
     with open_board(with_core("model:", GeneticCore.PLANNER)) as chip:
         task = ProblemOnChip(chip, problem, CornerMap(chip.config, problem))
         task.run(RunOptions(generations=10), ends=lambda _: False)
+    url, _ = order_board("model:", None)
+    with open_board(url) as chip:
+        chip.upload_map(np.zeros((16, 16), dtype=np.uint16))
+        chip.check_path(pack_waypoints(chip.config, np.array([(1, 1, 9), (14, 12, 9)])))
 
 
-def _problem() -> Problem:
+def _problem(kind: type[_Kind]) -> _Kind:
     terrain = Terrain("flat", np.full((60, 60), 100.0), 100.0, 100.0)
     zone = Zone.circle(3000, 3000, 500)
-    return Problem(terrain, (500, 500, 200), (5500, 5500, 200), zones=(zone,))
+    return kind(terrain, (500, 500, 200), (5500, 5500, 200), zones=(zone,))
 
 
 def _main(arguments: list[str]) -> int:

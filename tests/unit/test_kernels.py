@@ -1,4 +1,4 @@
-"""The kernels that a set-up compiles are all that the planners call."""
+"""The kernels that a set-up compiles are all that the commands call."""
 
 import json
 import subprocess
@@ -58,6 +58,25 @@ for landscape in ("1", "2"):
             assert main(["auv", *options, "--generations", "3", "--out", "{out}"]) == 0
 """
 
+# Maps of both kinds of chips, and faults of a mission.
+CHECKS = """
+from pathlib import Path
+
+import numpy as np
+
+from pathgene.host.cli import main
+
+folder = Path("{out}")
+np.save(folder / "map.npy", np.zeros((64, 64), dtype=np.uint8))
+(folder / "cells.csv").write_text("x,y,z\\n1,1,20\\n30,40,20\\n50,60,20\\n")
+for more in ([], ["--count"], ["--mode", "parallel"]):
+    files = ["--map", str(folder / "map.npy"), "--path", str(folder / "cells.csv")]
+    assert main(["feasible", *files, *more]) == 0
+(folder / "path.csv").write_text("x,y,z\\n300,300,900\\n2500,2500,900\\n4700,4600,900\\n")
+line = ["check", "--terrain", "canyon", "--path", str(folder / "path.csv")]
+assert main([*line, "--nofly-circle", "2500,2500,300"]) == 1
+"""
+
 
 def loaded(body):
     """Return the kernels, with their types, that a program loads or compiles."""
@@ -76,11 +95,15 @@ def set_up():
 
 
 @pytest.mark.parametrize(
-    "plans",
-    [pytest.param(PLANS, id="plan"), pytest.param(ROUTES, id="auv", marks=pytest.mark.long)],
+    "body",
+    [
+        pytest.param(PLANS, id="plan"),
+        pytest.param(CHECKS, id="check"),
+        pytest.param(ROUTES, id="auv", marks=pytest.mark.long),
+    ],
 )
-def test_no_plan_compiles_after_a_set_up(set_up, tmp_path, plans):
-    needed = loaded(plans.replace("{out}", str(tmp_path)))
+def test_no_command_compiles_after_a_set_up(set_up, tmp_path, body):
+    needed = loaded(body.replace("{out}", str(tmp_path)))
     assert needed
     assert needed <= set.union(*set_up)
 

@@ -7,14 +7,13 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
-from scipy.optimize import linprog
 
 from pathgene.host.evaluation import Arc, Straight
 from pathgene.host.evaluation.evaluator import FINE
 from pathgene.host.evaluation.geometry import smooth
 from pathgene.host.evaluation.jit import compiled
 from pathgene.host.planners.grid.grid_search import Prices
+from pathgene.host.planners.grid.linear_program import minimised
 from pathgene.host.problem.problem import Problem
 from pathgene.host.terrain import Terrain
 
@@ -173,10 +172,18 @@ def _profiles(
     ends = np.cumsum([len(at) - 1 for at in cuts])
     for piece, at, part in zip(pieces, cuts, np.split(grounds, ends[:-1]), strict=True):
         # Within a part of an arc, the nearest node may change to the node of the next part.
-        ground = part if isinstance(piece, Straight) else maximum_filter1d(part, 3)
+        ground = part if isinstance(piece, Straight) else _with_neighbours(part)
         at, ground = np.repeat(at, 2)[1:-1], np.repeat(ground, 2)
         outer = _upper_hull(at, ground)
         yield at[outer], ground[outer]
+
+
+def _with_neighbours(values: Floats) -> Floats:
+    """Return the maximum of each value and of its neighbours."""
+    highest = values.copy()
+    np.maximum(highest[1:], values[:-1], out=highest[1:])
+    np.maximum(highest[:-1], values[1:], out=highest[:-1])
+    return highest
 
 
 def _borders(terrain: Terrain, piece: Straight) -> Floats:
@@ -271,18 +278,17 @@ def _solved(
     way_m = runs[:segments].sum()
     work = np.full(segments, prices.work / prices.area / way_m)
     costs = np.concatenate((level / way_m, work, [_TOO_STEEP]))
-    solution = linprog(costs, A_ub=matrix, b_ub=limits, bounds=bounds, method="highs")
-    steep = solution.status != 0 or solution.x[-1] > margin - _TOLERANCE
+    solution = minimised(costs, matrix, limits, bounds)
+    steep = solution is None or solution[-1] > margin - _TOLERANCE
     if steep and problem.rules is not None:
         # The raster may require more than the rules: then fly too low where there is no
         # alternative.
         rows = len(above)
         too_low = np.concatenate((-np.eye(rows), np.zeros((len(matrix) - rows, rows))))
-        solution = linprog(
+        solution = minimised(
             np.concatenate((costs, np.full(rows, _TOO_LOW))),
-            A_ub=np.column_stack((matrix, too_low)),
-            b_ub=limits,
-            bounds=np.concatenate((bounds, np.tile([[0.0, np.inf]], (rows, 1)))),
-            method="highs",
+            np.column_stack((matrix, too_low)),
+            limits,
+            np.concatenate((bounds, np.tile([[0.0, np.inf]], (rows, 1)))),
         )
-    return solution.x[:count] if solution.status == 0 else None
+    return None if solution is None else solution[:count]

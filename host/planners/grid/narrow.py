@@ -15,7 +15,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import Run
@@ -109,6 +108,8 @@ def _grids(problem: Problem) -> Iterator[tuple[SearchGrid, list[Leads]]]:
 
 def _roomy(grid: SearchGrid) -> SearchGrid:
     """Make nodes beside obstacles cost more."""
+    from scipy import ndimage
+
     room_m = _ROOM_RADII * grid.problem.limits.turn_radius_m
     # Beyond the edge of the map, there is no room either.
     blocked = np.pad(grid.blocked, 1, constant_values=True)
@@ -144,6 +145,8 @@ def _is_plain(zone: Zone) -> bool:
 
 def _divided(terrain: Terrain, parts: int) -> Terrain:
     """Return the terrain with ``parts`` x ``parts`` smaller cells for each."""
+    from scipy import ndimage
+
     rows, columns = (np.arange((nodes - 1) * parts + 1) / parts for nodes in terrain.shape)
     y, x = np.meshgrid(rows * terrain.dy_m, columns * terrain.dx_m, indexing="ij")
     between = ndimage.map_coordinates(
@@ -270,6 +273,8 @@ def _moved(run: Run, path: Path) -> Path:
 
 def _dearer(evaluator: Evaluator, grid: SearchGrid, path: Path) -> Floats:
     """Return factors of the nodes around the places where a path breaks a limit."""
+    from scipy import ndimage
+
     samples = evaluator.track(path).sample(grid.problem.limits.turn_radius_m)
     if evaluator.problem.rules is None:
         at = samples.clearance <= 0

@@ -5,9 +5,10 @@ import math
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.planners.grid.grid_search import Prices, SearchGrid
+from pathgene.host.planners.grid.grid_search import Prices, SearchGrid, _widened
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Circle
@@ -198,3 +199,15 @@ def test_leaves_out_ground_out_of_reach():
     assert far.route(far.surface(math.inf)) is not None
     assert near.route(near.surface(math.inf)) is None
     assert near.blocked[:, 30].all()
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_nodes_within_a_margin_are_those_by_distance(seed):
+    random = np.random.default_rng(seed)
+    raster = random.random(random.integers(1, 50, 2)) < random.choice([0.002, 0.05, 0.5])
+    raster.flat[random.integers(raster.size)] = True
+    dy_m, dx_m = (30.0, 40.0) if seed % 2 else random.uniform(10, 100, 2)
+    away = ndimage.distance_transform_edt(~raster, sampling=(dy_m, dx_m))
+    # The distance of 50 m is met exactly.
+    for margin_m in (1.0, 50.0, random.uniform(100, 800), 9000.0):
+        assert np.array_equal(_widened(raster, dy_m, dx_m, margin_m), away <= margin_m)

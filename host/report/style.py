@@ -13,11 +13,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.patheffects import AbstractPathEffect, Normal, Stroke
+from PIL import Image
 
 from pathgene.host.files.output import replacing
 
@@ -80,6 +83,8 @@ DASHES: tuple[str | tuple[int, tuple[float, ...]], ...] = (
 LAND = LinearSegmentedColormap.from_list(
     "land", ["#4f7268", "#7c9479", "#a9ac85", "#ccbd97", "#e3d5bb", "#f7f3ec"]
 )
+# Pixels per inch.
+_DPI = 150
 
 
 def halo(width: float) -> list[AbstractPathEffect]:
@@ -154,8 +159,12 @@ def any_letters() -> Iterator[None]:
 
 @any_letters()
 def save(figure: Figure, file: Path) -> None:
-    """Write a figure to a PNG file."""
-    # Level 4 takes half the time of the default, and 5 % more space.
-    quickly = {"compress_level": 4}
+    """Write an opaque figure to a PNG file."""
+    figure.set_dpi(_DPI)
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.draw()
+    # Without transparency, level 2 takes a third of the time of Matplotlib's default, and no more
+    # space.
+    image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
     with replacing(file) as binary:
-        figure.savefig(binary, format="png", dpi=150, pil_kwargs=quickly)
+        image.save(binary, "png", compress_level=2, dpi=(_DPI, _DPI))

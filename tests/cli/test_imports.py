@@ -1,5 +1,6 @@
 """The modules that commands load: nothing heavy for help, and only necessary ones for a plan."""
 
+import os
 import subprocess
 import sys
 
@@ -14,11 +15,13 @@ try:
     main(sys.argv[1:])
 except SystemExit:
     pass
-heavy = ("numpy", "scipy", "numba", "matplotlib", "rasterio", "pyproj", "amaranth", "serial",
-         "distributed", "nicegui", "pathgene.host.diagnosis", "pathgene.host.web.page")
+heavy = ("numpy", "scipy", "scipy.ndimage", "scipy.optimize", "highspy", "numba", "matplotlib",
+         "rasterio", "pyproj", "amaranth", "serial", "distributed", "nicegui",
+         "pathgene.host.diagnosis", "pathgene.host.web.page")
 print(*(name for name in heavy if name in sys.modules), file=sys.stderr)
 """
 PLAN = "plan --terrain canyon --agl --start 300,300,60 --goal 4700,4600,60 --planner astar"
+PATH = "x,y,z\n300,300,1900\n4700,4600,1900\n"
 
 
 def loaded(tmp_path, line):
@@ -38,8 +41,28 @@ def test_help_loads_nothing_heavy(tmp_path, command):
         ("planners", set()),
         ("problem new mine.toml", set()),
         ("terrain list", {"numpy"}),
-        (f"{PLAN} --no-picture --out out", {"numpy", "scipy", "numba"}),
+        # numba asks SciPy for its version.
+        ("check --terrain canyon --path path.csv", {"numpy", "scipy", "numba"}),
+        (f"{PLAN} --no-picture --out out", {"numpy", "scipy", "highspy", "numba"}),
     ],
 )
 def test_a_command_loads_what_it_needs(tmp_path, line, modules):
+    (tmp_path / "path.csv").write_text(PATH)
     assert loaded(tmp_path, line) == modules
+
+
+def test_a_command_starts_no_threads(tmp_path):
+    script = (
+        "import os, pathgene.__main__ as m; m.main(); print(len(os.listdir('/proc/self/task')))"
+    )
+    line = ["check", "--terrain", "canyon", "--path", "path.csv"]
+    (tmp_path / "path.csv").write_text(PATH)
+    done = subprocess.run(
+        [sys.executable, "-c", script, *line],
+        cwd=tmp_path,
+        env={name: os.environ[name] for name in os.environ if name != "OPENBLAS_NUM_THREADS"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.splitlines()[-1] == "1"

@@ -14,7 +14,13 @@ from pathgene.host import interrupts
 from pathgene.host.auv import PLANNERS
 from pathgene.host.cli.arguments import Commands, add_command, add_options
 from pathgene.host.cli.ending import ending
-from pathgene.host.cli.output import note, note_compiling_routes, print_json, print_pairs
+from pathgene.host.cli.output import (
+    note,
+    note_compiling_routes,
+    note_start,
+    print_json,
+    print_pairs,
+)
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import json_bytes, prepare_directory, writing_into
 from pathgene.host.files.replacement import replace_files
@@ -77,6 +83,7 @@ def add(commands: Commands) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Plan, write the files and print the summary."""
+    note_start("Loading the planner.")
     from pathgene.host.auv.field import PAPER_SAMPLES, AuvField
     from pathgene.host.auv.plan import GENERATIONS, describe, evolve, terms
     from pathgene.host.planners.base import Stop

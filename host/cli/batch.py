@@ -23,6 +23,7 @@ from pathgene.host.cli.output import (
     note,
     note_compiling,
     note_reading,
+    note_start,
     print_json,
     print_pairs,
     print_table,
@@ -92,6 +93,7 @@ def add(commands: Commands) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Plan the problems without a result, write ``batch.json`` and print a table."""
+    note_start("Reading the problems.")
     from pathgene.host.mission.batch import kept_summary, names_of
     from pathgene.host.report.summary import version
 

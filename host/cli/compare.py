@@ -25,6 +25,7 @@ from pathgene.host.cli.output import (
     note,
     note_compiling,
     note_readings,
+    note_start,
     print_json,
     print_pairs,
     print_table,
@@ -112,6 +113,7 @@ def add(commands: Commands) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Execute the missing runs, write the report and print its tables."""
+    note_start("Reading the problem.")
     from pathgene.host.compare.entrants import parse_entrants, planner_names, problem_digest
     from pathgene.host.compare.report import document, write_report
     from pathgene.host.compare.session import complete, kept

@@ -13,7 +13,7 @@ from pathlib import Path
 from pathgene.host import interrupts
 from pathgene.host.cli.arguments import Commands, add_command, add_option
 from pathgene.host.cli.listening import is_local
-from pathgene.host.cli.output import note, print_json
+from pathgene.host.cli.output import note, note_start, print_json
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import prepare_directory
 from pathgene.host.options.table import NAMED
@@ -69,6 +69,7 @@ def add(commands: Commands) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Serve the desk until a signal, such as Ctrl-C."""
+    note_start("Loading the desk.")
     try:
         # Loads NiceGUI.
         from pathgene.host.web.desk.desk import Desk

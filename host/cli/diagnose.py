@@ -7,7 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pathgene.host.cli.arguments import Commands, add_command, add_problem, complete_by_file
-from pathgene.host.cli.output import note, note_compiling, note_readings, print_json, print_pairs
+from pathgene.host.cli.output import (
+    note,
+    note_compiling,
+    note_readings,
+    note_start,
+    print_json,
+    print_pairs,
+)
 from pathgene.host.cli.values import complete_options
 from pathgene.host.errors import JobError, NoPathError
 from pathgene.host.files.output import prepare_directory
@@ -49,6 +56,7 @@ def add(commands: Commands) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Search for a path; report that one exists, or why the first leg without a path has none."""
+    note_start("Reading the problem.")
     from pathgene.host.connection import connect
     from pathgene.host.evaluation import Evaluator
     from pathgene.host.mission.build import mission_of

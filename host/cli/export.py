@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pathgene.host.cli.arguments import Commands, add_command, add_end, add_option
 from pathgene.host.cli.last_door import check_path, ending_for
-from pathgene.host.cli.output import note, note_reading, print_json, print_pairs
+from pathgene.host.cli.output import note, note_reading, note_start, print_json, print_pairs
 from pathgene.host.formats.registry import choices, parse_formats, usual
 from pathgene.host.options.kinds import PATH
 from pathgene.host.options.table import NAMED
@@ -51,6 +51,7 @@ def add(commands: Commands) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write the files and print their names."""
+    note_start("Reading the plan.")
     from pathgene.host.evaluation import Evaluator
     from pathgene.host.mission.autopilot.hand_over import hand_over_of
     from pathgene.host.mission.export import export

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from pathgene.host.cli.arguments import Commands, add_command
-from pathgene.host.cli.output import print_json
+from pathgene.host.cli.output import note_start, print_json
 from pathgene.host.device.checker_modes import MODES
 from pathgene.host.errors import JobError
 from pathgene.host.planners import DEFAULT_BOARD
@@ -75,6 +75,7 @@ def add(commands: Commands) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Check a path on a board and print its verdict; a collision is a failure."""
+    note_start("Reading the map.")
     from pathgene.host.device.boards import open_board
     from pathgene.host.device.checker_boards import order_board, require_checker
     from pathgene.host.device.paths import pack_waypoints

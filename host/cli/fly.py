@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pathgene.host import interrupts
 from pathgene.host.cli.arguments import Commands, add_command, add_options
 from pathgene.host.cli.ending import ending
-from pathgene.host.cli.output import note, note_reading, print_json, print_pairs
+from pathgene.host.cli.output import note, note_reading, note_start, print_json, print_pairs
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import prepare_directory, writing_into
 from pathgene.host.options.kinds import PATH
@@ -113,6 +113,7 @@ def add(commands: Commands) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fly the path of a summary; a flight that breaks a limit is a failure."""
+    note_start("Reading the plan.")
     from pathgene.host.flight import fly as flight
     from pathgene.host.flight.models import model_named
     from pathgene.host.mission.autopilot.hand_over import HandOver

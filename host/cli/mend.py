@@ -13,7 +13,7 @@ from pathgene.host.cli.check_mission import (
     print_lines,
     problem_of_mission,
 )
-from pathgene.host.cli.output import note, print_json, print_pairs
+from pathgene.host.cli.output import note, note_start, print_json, print_pairs
 from pathgene.host.cli.values import complete_options
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.files.output import output_file, prepare_file
@@ -53,6 +53,7 @@ def add(commands: Commands) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Mend a mission, print the changes and write the file."""
+    note_start("Reading the mission.")
     from pathgene.host.mission.foreign.loaded import mission_and_source
     from pathgene.host.mission.foreign.mend import mend
 

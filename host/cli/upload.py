@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from pathgene.host.cli.arguments import Commands, add_command, add_end, add_option
 from pathgene.host.cli.last_door import check_path, ending_for
-from pathgene.host.cli.output import note, note_reading, print_json, print_pairs
+from pathgene.host.cli.output import note, note_reading, note_start, print_json, print_pairs
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.options.table import NAMED, options_of
 
@@ -93,6 +93,7 @@ def add(commands: Commands) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Upload, and print the numbers of items that the autopilot has confirmed."""
+    note_start("Reading the mission.")
     from pathgene.host.formats.flight_plan import FenceCircle
     from pathgene.host.mission.autopilot.advice import WANTED, advise
     from pathgene.host.mission.autopilot.flight_state import start_refusal

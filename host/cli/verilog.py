@@ -7,7 +7,7 @@ import dataclasses
 from pathlib import Path
 
 from pathgene.host.cli.arguments import Commands, add_command
-from pathgene.host.cli.output import print_json, print_pairs
+from pathgene.host.cli.output import note_start, print_json, print_pairs
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import output_file, prepare_file
 from pathgene.host.old_words import current_setting, current_top
@@ -48,6 +48,7 @@ def _setting(text: str) -> tuple[str, str]:
 
 def run(args: argparse.Namespace) -> int:
     """Write the Verilog of a top-level design."""
+    note_start("Elaborating the design.")
     from pathgene.hdl.config import Config
     from pathgene.hdl.verilog import TOPS, export
 

@@ -42,6 +42,7 @@ NAMES = {
     "autopilot": "the simulated autopilot beside real flights; needs --flights, so only if named",
     "exports": "planned missions uploaded to the simulated autopilot and flown; only if named",
     "uploads": "5,000 uploads with faults to the simulated autopilots; only if named",
+    "first-minute": "commands on a warm machine: processor seconds, and the first line",
     "missions": "checks of missions of other programs: processor seconds by items",
     "fpga": "area and routed clock on real devices; hours, so only if named",
 }

@@ -26,9 +26,9 @@ _HEADROOM_SHARE = 0.1
 
 
 class ChipMap:
-    """The terrain of a problem on the square map of a chip.
+    """The terrain of a problem, or a box of it, on the square map of a chip.
 
-    If the terrain fits, each node is a cell and the rest of the map is blocked; an axis with more
+    If the box fits, each node is a cell and the rest of the map is blocked; an axis with more
     nodes than the map has cells is compressed so that its ends lie on the map's first and last
     cells. Altitudes are counted in steps, from below the lowest ground to :attr:`top_m`, somewhat
     above the highest.
@@ -40,18 +40,23 @@ class ChipMap:
     problem : Problem
         Terrain, no-fly zones, start and goal. Under the rules of safe flight, the map has the
         raised surface of the search.
+    box : (slice, slice), optional
+        Rows and columns of the terrain's nodes on the map; all by default.
 
     Attributes
     ----------
+    box : (slice, slice)
+        Rows and columns of the nodes.
+    origin_m : tuple of float
+        Metres to cell 0 in x and y, which is the first node of the box.
     scale_m : tuple of float
-        Metres per cell in x and y. Cell 0 of each axis is the terrain's first node. For a
-        compressed axis it is rounded down to 40 bits, so that no cell decodes to a point off the
-        terrain.
+        Metres per cell in x and y. For a compressed axis it is rounded down to 40 bits, so that no
+        cell decodes to a point off the terrain.
     base_m, step_m : float
         Altitude of step 0, and height of a step: both are multiples of 1/64 m, so decoding is
         exact.
     limits : tuple of int
-        Highest x and y cell on the terrain, and highest altitude step of a waypoint.
+        Highest x and y cell in the box, and highest altitude step of a waypoint.
     heights : ndarray
         ``(map_size, map_size)`` uint16, [y, x], row 0 the south: the step at or above the highest
         node whose nearest cell this is. Cells without a node, voids and no-fly zones have
@@ -63,18 +68,24 @@ class ChipMap:
         If the start or the goal lies above :attr:`top_m`.
     """
 
-    def __init__(self, config: Config, problem: Problem) -> None:
+    def __init__(
+        self, config: Config, problem: Problem, box: tuple[slice, slice] | None = None
+    ) -> None:
         terrain = problem.surface
         self._config = config
         self._problem = problem
-        ny, nx = terrain.elevation.shape
+        rows, columns = (slice(0, nodes) for nodes in terrain.shape) if box is None else box
+        self.box = rows, columns
+        self.origin_m = (columns.start * terrain.dx_m, rows.start * terrain.dy_m)
+        ny, nx = rows.stop - rows.start, columns.stop - columns.start
+        elevation = terrain.elevation[self.box]
         size = config.map_size
         self.scale_m = (
             _scale(nx, terrain.dx_m, size),
             _scale(ny, terrain.dy_m, size),
         )
-        lowest = min(float(np.nanmin(terrain.elevation)), problem.start[2], problem.goal[2])
-        highest = float(np.nanmax(terrain.elevation))
+        lowest = min(float(np.nanmin(elevation)), problem.start[2], problem.goal[2])
+        highest = float(np.nanmax(elevation))
         headroom_m = max(_HEADROOM_M, _HEADROOM_SHARE * (highest - lowest))
         self.base_m = float(math.floor(lowest))
         steps = config.blocked_altitude - 1
@@ -89,6 +100,13 @@ class ChipMap:
                 )
 
     @property
+    def is_whole(self) -> bool:
+        """True if the box is the whole terrain."""
+        rows, columns = self.box
+        whole = self._problem.terrain.shape
+        return (rows.stop - rows.start, columns.stop - columns.start) == whole
+
+    @property
     def top_m(self) -> float:
         """Highest altitude of a waypoint, metres."""
         return self.base_m + self.limits[2] * self.step_m
@@ -97,7 +115,7 @@ class ChipMap:
         """Return the (n, 3) metres of ``cells``, (n, 3) integers x, y, altitude step."""
         scale = np.array((*self.scale_m, self.step_m))
         metres: NDArray[np.float64] = np.asarray(cells, dtype=np.float64) * scale
-        metres[:, 2] += self.base_m
+        metres += (*self.origin_m, self.base_m)
         return metres
 
     def to_cells(self, points: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -111,7 +129,7 @@ class ChipMap:
             If a point is outside the map, below its base or above :attr:`top_m`.
         """
         points = np.asarray(points, dtype=np.float64)
-        across = np.floor(points[:, :2] / self.scale_m + 0.5)
+        across = np.floor((points[:, :2] - self.origin_m) / self.scale_m + 0.5)
         up = np.floor((points[:, 2:] - self.base_m) / self.step_m)
         # The difference may have been rounded up to a step that lies above the point.
         up -= self.base_m + up * self.step_m > points[:, 2:]
@@ -119,10 +137,10 @@ class ChipMap:
         outside = ~((cells >= 0) & (cells <= self.limits)).all(axis=1)
         if outside.any():
             x, y, z = points[int(np.argmax(outside))]
+            first, last = self.to_metres(np.array([(0, 0, 0), self.limits])).tolist()
             raise InputError(
                 f"The point {x:g},{y:g},{z:g} is outside the chip's map, which reaches from "
-                f"0,0,{self.base_m:g} to {self.limits[0] * self.scale_m[0]:g},"
-                f"{self.limits[1] * self.scale_m[1]:g},{self.top_m:g} m."
+                f"{first[0]:g},{first[1]:g},{first[2]:g} to {last[0]:g},{last[1]:g},{last[2]:g} m."
             )
         return cells.astype(np.int64)
 
@@ -132,7 +150,7 @@ class ChipMap:
         return {
             "size": size,
             "scale_m": [*self.scale_m, self.step_m],
-            "offset_m": [0.0, 0.0, self.base_m],
+            "offset_m": [*self.origin_m, self.base_m],
             "top_m": self.top_m,
             "limits": list(self.limits),
             "padding_cells": [size - 1 - self.limits[0], size - 1 - self.limits[1]],
@@ -167,10 +185,12 @@ class ChipMap:
         by_row, by_column = self._first_nodes
         (south, north), (west, east) = (
             (
-                int(first[min(cells.start, len(first) - 1)]),
-                int(first[min(cells.stop, len(first) - 1)]),
+                nodes.start + int(first[min(cells.start, len(first) - 1)]),
+                nodes.start + int(first[min(cells.stop, len(first) - 1)]),
             )
-            for first, cells in ((by_row, rows), (by_column, columns))
+            for nodes, first, cells in zip(
+                self.box, (by_row, by_column), (rows, columns), strict=True
+            )
         )
         return slice(south, north), slice(west, east)
 
@@ -195,9 +215,12 @@ class ChipMap:
 
     @functools.cached_property
     def _first_nodes(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """First node of each row and column of cells, by nearest cell, and the end."""
+        """First node of each row and column of cells, by nearest cell, and the end.
+
+        Nodes are counted from the first of the box.
+        """
         terrain = self._problem.terrain
-        ny, nx = terrain.shape
+        ny, nx = (nodes.stop - nodes.start for nodes in self.box)
         return (
             _first_nodes(ny, terrain.dy_m, self.scale_m[1]),
             _first_nodes(nx, terrain.dx_m, self.scale_m[0]),

@@ -132,10 +132,13 @@ class CornerMap(ChipMap):
     def of_problem(self, problem: Problem) -> CornerMap | None:
         """Return the map of another problem over the same terrain, on the same corners and steps.
 
-        None if the altitude of its start or goal does not lie on these steps.
+        None if its start or goal lies outside the box, or its altitude not on these steps.
         """
-        if not all(self.base_m <= z <= self.top_m for _, _, z in (problem.start, problem.goal)):
-            return None
+        (west, south), (east, north) = self.origin_m, self._far_m
+        for x, y, z in (problem.start, problem.goal):
+            is_inside = west <= x <= east and south <= y <= north
+            if not (is_inside and self.base_m <= z <= self.top_m):
+                return None
         moved = copy.copy(self)
         moved._problem = problem
         moved.__dict__.pop("heights", None)
@@ -149,10 +152,10 @@ class CornerMap(ChipMap):
         point outside the first or last corner is clamped to it.
         """
         places = []
-        for metres, scale_m, limit in zip(
-            point[:2], self.scale_m, self.corner_limits[:2], strict=True
+        for metres, origin_m, scale_m, limit in zip(
+            point[:2], self.origin_m, self.scale_m, self.corner_limits[:2], strict=True
         ):
-            place = round((metres / scale_m - 0.5) * (1 << POSITION_FRACTION))
+            place = round(((metres - origin_m) / scale_m - 0.5) * (1 << POSITION_FRACTION))
             places.append(min(max(place, 0), limit << POSITION_FRACTION))
         steps = (point[2] - self.base_m) / self.step_m
         return places[0], places[1], math.floor(steps * (1 << ALTITUDE_FRACTION))
@@ -174,11 +177,16 @@ class CornerMap(ChipMap):
         margin_m = self._margin_m
         (first_x, last_x), (first_y, last_y) = (
             (
-                min(max(math.floor((low - margin_m) / scale_m) - 2, 0), limit),
-                min(max(math.ceil((high + margin_m) / scale_m) + 2, 0), limit),
+                min(max(math.floor((low - origin_m - margin_m) / scale_m) - 2, 0), limit),
+                min(max(math.ceil((high - origin_m + margin_m) / scale_m) + 2, 0), limit),
             )
-            for low, high, scale_m, limit in zip(
-                (west, south), (east, north), self.scale_m, self.corner_limits[:2], strict=True
+            for low, high, origin_m, scale_m, limit in zip(
+                (west, south),
+                (east, north),
+                self.origin_m,
+                self.scale_m,
+                self.corner_limits[:2],
+                strict=True,
             )
         )
         return slice(first_y, last_y + 1), slice(first_x, last_x + 1)
@@ -215,7 +223,7 @@ class CornerMap(ChipMap):
         x, y, altitude = self.corner_limits
         size = self._config.map_size
         return super().report() | {
-            "offset_m": [0.5 * self.scale_m[0], 0.5 * self.scale_m[1], self.base_m],
+            "offset_m": self.corners_to_metres(np.zeros((1, 3), dtype=np.int64))[0].tolist(),
             "limits": [x, y, altitude],
             "padding_cells": [size - 1 - x, size - 1 - y],
         }
@@ -225,6 +233,12 @@ class CornerMap(ChipMap):
         half = 0.5 * np.array((*self.scale_m, 0.0))
         metres: NDArray[np.float64] = self.to_metres(corners) + half
         return metres
+
+    @property
+    def _far_m(self) -> tuple[float, float]:
+        """Metres to the last node of the box in x and y."""
+        terrain, (rows, columns) = self._problem.terrain, self.box
+        return (columns.stop - 1) * terrain.dx_m, (rows.stop - 1) * terrain.dy_m
 
     @property
     def _margin_m(self) -> float:

@@ -34,7 +34,8 @@ def no_fly_shape(grid: CornerMap, zone: Zone) -> NoFlyShape | None:
     bend = np.zeros(2, dtype=np.int64)
     if zone.footprint.disc is not None:
         # Squared distance from the centre, (u - centre)**2, each axis in units of its cell side.
-        centre = np.array(zone.footprint.disc[:2]) / grid.scale_m - 0.5 - first
+        from_origin_m = np.subtract(zone.footprint.disc[:2], grid.origin_m)
+        centre = from_origin_m / grid.scale_m - 0.5 - first
         weights = (np.array(grid.scale_m) / max(grid.scale_m)) ** 2
         scale = min(_MOST_BEND, _MOST_FALL / (2 * max(np.abs(weights * centre).max(), 1e-9)))
         bend = np.maximum(np.rint(scale * weights), 1).astype(np.int64)

@@ -22,6 +22,7 @@ from pathgene.host.planners.chip.runs import ChipRuns
 from pathgene.host.planners.chip.schedule import ChipSchedule
 from pathgene.host.planners.registry import DEFAULT_BOARD
 from pathgene.host.problem.corner_map import CornerMap
+from pathgene.host.problem.leg_box import leg_box
 
 
 __all__ = ["MOST_CHIP_MS", "ChipGeneticPlanner"]
@@ -35,8 +36,10 @@ class ChipGeneticPlanner:
 
     The host sends the map and the problem, starts a run, and reads up to eight paths. It evaluates
     them in full and reports the best that is feasible by the strict rule. If none is, it starts
-    another run with the next seed and other surfaces, up to eight runs in all. A long plan is split
-    into parts, each of which continues from the previous one: see
+    another run with the next seed and other surfaces, up to eight runs in all. If the map holds a
+    box of the terrain (:func:`~pathgene.host.problem.leg_box.leg_box`) and no path is feasible
+    there, as many runs follow on a map of the whole terrain. A long plan is split into parts, each
+    of which continues from the previous one: see
     :class:`pathgene.host.planners.chip.schedule.ChipSchedule`. docs/chip_planner.md defines a run;
     the seed determines all its random numbers, so every board with the same sizes gives the same
     result.
@@ -138,7 +141,13 @@ class ChipGeneticPlanner:
             )
             try:
                 with run.search():
-                    runs.search(schedule.first(), schedule.further())
+                    is_over = runs.search(schedule.first(), schedule.further())
+                    if not (is_over or grid.is_whole):
+                        with run.phase("map"):
+                            whole = CornerMap(chip.config, problem)
+                            task = ProblemOnChip(chip, problem, whole)
+                        runs.move_to(task)
+                        runs.search(schedule.first(), schedule.further())
                     if self.adds_astar:
                         routes.add_astar()
                 run.hardware = runs.hardware()
@@ -163,4 +172,5 @@ def _least_ms(chip_ms: int | None, time_limit_s: float | None) -> float | None:
 def _map_for(config: Config, evaluator: Evaluator, options: Options) -> CornerMap:
     """Return the map of a chip of ``config``, or refuse options that the chip does not support."""
     require_chip(config, GeneticCore.PLANNER, options.population)
-    return CornerMap(config, evaluator.problem)
+    problem = evaluator.problem
+    return CornerMap(config, problem, leg_box(problem, config.map_size))

@@ -17,6 +17,7 @@ from pathgene.host.device.paths import unpack_waypoints
 from pathgene.host.device.runs import BestPaths, RunStatus
 from pathgene.host.planners.chip.problem_record import chip_ends, problem_record, whole_path
 from pathgene.host.problem.corner_map import EASES, CornerMap
+from pathgene.host.problem.leg_box import leg_box
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
 
@@ -136,12 +137,14 @@ class ProblemOnChip:
         dents and holes of a zone. If a zone is new, removed zones stay blocked until :meth:`free`:
         a path that avoids both is safe and is found sooner. Elsewhere the chip keeps its map: the
         corners around an earlier end stay lowered, and corners around an unchanged end stay as the
-        last :meth:`ease` left them. If an end does not lie on the steps of that map, the new
-        problem gets a new map, and its first run starts cold.
+        last :meth:`ease` left them. If an end does not lie on that map and its steps, the new
+        problem gets a new map of its own box, and its first run starts cold.
         """
         grid = self.grid.of_problem(problem)
         if grid is None:
-            return ProblemOnChip(self.chip, problem, CornerMap(self.chip.config, problem))
+            config = self.chip.config
+            own = CornerMap(config, problem, leg_box(problem, config.map_size))
+            return ProblemOnChip(self.chip, problem, own)
         other = ProblemOnChip.__new__(ProblemOnChip)
         other._set(self.chip, problem, grid)
         other._eases |= {end: ease for end, ease in self._eases.items() if end in other._ends}

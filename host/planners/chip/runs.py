@@ -50,11 +50,15 @@ class ChipRuns:
         """Cycles of all runs."""
         return self._cycles["total"]
 
-    def search(self, first: Iterable[RunOptions], further: Sequence[RunOptions] = ()) -> None:
+    def move_to(self, task: ProblemOnChip) -> None:
+        """Continue on another map of the same problem."""
+        self._task = task
+
+    def search(self, first: Iterable[RunOptions], further: Sequence[RunOptions] = ()) -> bool:
         """Execute ``first`` runs until a path is feasible, then the later runs.
 
         A stop criterion ends the search. Between two first runs, the map is lowered around the
-        ends.
+        ends. Returns whether the search is over: a path is feasible, or a criterion has ended it.
         """
         task = self._task
         change = 0
@@ -63,17 +67,18 @@ class ChipRuns:
                 task.ease(change)
             best, is_found = self._do(options, is_last=not further)
             if self._is_stopped:
-                return
+                return True
             if is_found:
                 break
             # The chip found no route from end to end, or only one that the host does not accept.
             change = -1 if best.classes[0] is PathClass.FEASIBLE else 1
         else:
-            return
+            return False
         for number, options in enumerate(further, 1):
             self._do(options, is_last=number == len(further))
             if self._is_stopped:
-                return
+                break
+        return True
 
     def _do(self, options: RunOptions, *, is_last: bool) -> tuple[BestPaths, bool]:
         """Execute a run and judge its paths; return them, and whether one is feasible."""

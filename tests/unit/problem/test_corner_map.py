@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.config import Config
+from pathgene.host.device.chip_map import drawn_corners
 from pathgene.host.problem.corner_map import EASES, CornerMap
+from pathgene.host.problem.no_fly_shape import no_fly_shape
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Circle
@@ -13,6 +15,7 @@ from pathgene.host.terrain import Terrain
 
 
 CONFIG = Config(map_size=16, coarse_factor=4)
+LARGE = Config(map_size=64, coarse_factor=4)
 
 
 def corner_map(shape, seed=0):
@@ -125,6 +128,47 @@ def test_another_problem_has_the_same_corners_and_steps():
     assert np.array_equal(grid.heights, before)
     high = dataclasses.replace(problem, goal=(*problem.goal[:2], grid.top_m + 1))
     assert grid.of_problem(high) is None
+
+
+def test_a_map_of_a_box_is_the_part_of_a_larger_one():
+    """The chip's own cells and points between them, on a terrain that is larger than the map."""
+    rng = np.random.default_rng(1)
+    elevation = rng.uniform(0, 300, size=(40, 30))
+    box = slice(20, 36), slice(5, 21)
+    # Both maps have the same steps.
+    elevation[21, 6], elevation[35, 20] = 0.0, 300.0
+    elevation[0, 0], elevation[1, 1] = 0.0, 300.0
+    terrain = Terrain("t", elevation, dx_m=10.0, dy_m=20.0)
+    ends = (75.0, 450.0, 400.0), (185.0, 690.0, 350.0)
+    zones = Circle(120, 600, 35), Circle(60, 500, 25)
+    problem = Problem(terrain, *ends, zones=zones, as_paper=True)
+    part, whole = CornerMap(CONFIG, problem, box), CornerMap(LARGE, problem)
+    assert whole.is_whole
+    assert not part.is_whole
+    assert (part.step_m, part.base_m) == (whole.step_m, whole.base_m)
+    assert np.array_equal(part.corners(ends)[:15, :15], whole.corners(ends)[20:35, 5:20])
+    offset = np.array((5, 20, 0))
+    assert (part.nearest_corner(ends[0]) + offset).tolist() == list(whole.nearest_corner(ends[0]))
+    corners = np.array([(0, 0, 7), (14, 3, 9)])
+    assert part.corners_to_metres(corners).tolist() == (
+        whole.corners_to_metres(corners + offset).tolist()
+    )
+    for zone in zones:
+        mine = part.beside(zone, *part.around_zone(zone))
+        assert mine.any()
+        everywhere = slice(0, 64)
+        theirs = whole.beside(zone, everywhere, everywhere)
+        assert mine.sum() == theirs[20:35, 5:20].sum()
+        shape, larger = no_fly_shape(part, zone), no_fly_shape(whole, zone)
+        drawn = np.zeros((64, 64), dtype=bool)
+        drawn[larger.first_y : larger.last_y + 1, larger.first_x : larger.last_x + 1] = (
+            drawn_corners(larger)
+        )
+        own = drawn[20:35, 5:20][shape.first_y : shape.last_y + 1, shape.first_x : shape.last_x + 1]
+        assert np.array_equal(drawn_corners(shape), own)
+    outside = dataclasses.replace(problem, start=(75.0, 395.0, 400.0))
+    assert part.of_problem(outside) is None
+    assert part.of_problem(problem) is not None
 
 
 @pytest.mark.parametrize("shape", [(300, 260), (40, 90), (700, 400)])

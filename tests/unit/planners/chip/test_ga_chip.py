@@ -135,6 +135,48 @@ def test_where_no_path_is_feasible_other_seeds_follow(make_evaluator):
     assert result.generations == sum(run["generations"] for run in result.hardware["runs"])
 
 
+def ridge_across(gate):
+    """Return ground wider than the map, with a ridge from north to south that has a gate."""
+    elevation = np.zeros((600, 40))
+    elevation[:, 18:21] = 900.0
+    elevation[gate, 18:21] = 0.0
+    return elevation
+
+
+def test_a_leg_on_large_ground_has_its_own_cells(make_evaluator):
+    evaluator = make_evaluator(
+        ridge_across(slice(420, 440)), (), start=(500, 40_000, 150), goal=(3400, 40_500, 150)
+    )
+    result = ChipGeneticPlanner(chip_ms=4, polish="off").plan(evaluator, GENERATIONS)
+    assert result.evaluation.feasible
+    # 512 of 600 nodes around the leg, each a cell; corners lie half a cell beyond.
+    area = result.hardware["map"]
+    assert area["scale_m"][:2] == [100.0, 100.0]
+    assert area["offset_m"][:2] == [50.0, 8_850.0]
+    assert area["limits"][:2] == [38, 510]
+    assert ((result.path[1:-1, :2] - 50.0) % 100.0 == 0).all()
+    # The gate, more than 20 cells away from the leg.
+    assert (np.abs(result.path[:, 1] - 43_000) < 1_000).any()
+
+
+def test_where_the_box_has_no_path_the_whole_map_follows(make_evaluator):
+    evaluator = make_evaluator(
+        ridge_across(slice(0, 20)), (), start=(500, 57_000, 150), goal=(3400, 57_500, 150)
+    )
+    result = ChipGeneticPlanner(chip_ms=2, polish="off").plan(evaluator, GENERATIONS)
+    assert result.evaluation.feasible
+    # All runs from new seeds, then the whole terrain, whose rows are compressed.
+    runs = result.hardware["runs"]
+    assert len(runs) > 8
+    assert runs[8]["seed"] == runs[0]["seed"]
+    assert "feasible" not in [run["classes"][0] for run in runs[:8]]
+    area = result.hardware["map"]
+    assert area["scale_m"][0] == 100.0
+    assert area["scale_m"][1] == pytest.approx(100 * 599 / 511)
+    assert area["offset_m"][:2] == [50.0, pytest.approx(50 * 599 / 511)]
+    assert result.hardware["cycles"]["total"] == sum(run["cycles"] for run in runs)
+
+
 def test_where_only_the_chip_believes_a_path_the_map_is_raised(make_evaluator, monkeypatch):
     elevation = np.full((41, 61), 100.0)
     elevation[:, 30] = np.nan

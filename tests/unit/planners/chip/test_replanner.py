@@ -266,6 +266,27 @@ def test_a_goal_that_stays_is_not_sent_again(make_evaluator, board, search):
     assert np.array_equal(heights[at_goal], eased)
 
 
+def test_outside_the_box_a_replan_gets_a_map_of_its_own(make_evaluator, search):
+    evaluator = make_evaluator(
+        np.zeros((700, 40)), (), start=(500, 2_000, 150), goal=(3_400, 9_000, 150)
+    )
+    before = search.run(evaluator)
+    assert before.result.hardware["map"]["offset_m"][1] == 50.0
+    near = before.replan(start=(600, 2_500, 150))
+    assert runs_of(near)[0]["warm"]
+    far = near.replan(start=(600, 60_000, 150), goal=(3_400, 66_000, 150))
+    assert far.evaluation.feasible
+    assert far.fallback is None
+    assert not runs_of(far)[0]["warm"]
+    assert far.result.hardware["map"]["offset_m"][1] == 50.0 + 100 * (700 - 512)
+    # The chip continues on the new map.
+    zone = Zone.circle(2_000, 63_000, 600)
+    around = far.replan(zones=[zone])
+    assert around.evaluation.feasible
+    assert runs_of(around)[0]["warm"]
+    assert around.result.hardware["map"] == far.result.hardware["map"]
+
+
 def test_another_planner_plans_anew(evaluator):
     before = Search("astar").run(evaluator)
     after = before.replan(zones=[BEHIND], start=middle(before))

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,8 @@ from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import Run
 from pathgene.host.planners.grid.altitudes import lowest_altitudes
 from pathgene.host.planners.grid.circuits import circuits
+from pathgene.host.planners.grid.corners import cornered
+from pathgene.host.planners.grid.fine_grid import fine_grid
 from pathgene.host.planners.grid.grid_search import SearchGrid
 from pathgene.host.planners.grid.polylines import (
     Leads,
@@ -31,8 +32,6 @@ from pathgene.host.planners.grid.polylines import (
 )
 from pathgene.host.planners.grid.repairs import repair
 from pathgene.host.problem.problem import Problem
-from pathgene.host.problem.zones import Zone
-from pathgene.host.terrain import Terrain
 
 
 __all__ = ["narrow_searches"]
@@ -42,8 +41,6 @@ Path = NDArray[np.float64]
 
 # Nodes on the longer side of the fine grid, and into how many parts it may divide a cell.
 _MOST_NODES, _MOST_PARTS = 480, 3
-# Maximum corners of a zone whose distance from nodes is computed, edge by edge.
-_MOST_ZONE_CORNERS = 64
 # Slopes of the surfaces, as multiples of the climb limit, and routes tried on each.
 _STEEPNESS = (1.5, math.inf, 1.0)
 _ROUTES = 5
@@ -52,8 +49,6 @@ _BESIDE = 3.0
 _ROOM_RADII = 2.0
 # Nodes within this many turn radii of a broken limit cost this many times more.
 _BROKEN_RADII, _BROKEN = 2.0, 3.0
-# Points of a route that may become waypoints.
-_MOST_CORNERS = 300
 # Numbers of turns tried, more than the fewest.
 _MORE_TURNS = (0, 1, 2, 4, 8, 16)
 # Numbers of turns tried where each chord meets a blocked node, and the factor of its price there.
@@ -98,7 +93,7 @@ def _grids(problem: Problem) -> Iterator[tuple[SearchGrid, list[Leads]]]:
     ways = list(leads(problem))
     grid = SearchGrid(problem)
     yield _roomy(grid), ways
-    finer = _finer(problem)
+    finer = fine_grid(problem, _MOST_NODES, _MOST_PARTS)
     if finer.shape != grid.shape:
         yield _roomy(finer), ways
     for circuit in circuits(problem):
@@ -116,73 +111,6 @@ def _roomy(grid: SearchGrid) -> SearchGrid:
     away = ndimage.distance_transform_edt(~blocked, sampling=(grid.dy_m, grid.dx_m))[1:-1, 1:-1]
     grid.factors = 1.0 + _BESIDE * np.maximum(0.0, 1.0 - away / room_m)
     return grid
-
-
-def _finer(problem: Problem) -> SearchGrid:
-    """Return a grid of smaller nodes, of which zones block only those whose middle they reach.
-
-    Elsewhere a zone blocks all cells that it touches, which closes narrow gaps. Zones with limits
-    or many corners still do.
-    """
-    parts = min(_MOST_PARTS, max(_MOST_NODES // max(problem.terrain.shape), 1))
-    terrain = problem.terrain if parts == 1 else _divided(problem.terrain, parts)
-    if problem.rules is None:
-        return SearchGrid(replace(problem, terrain=terrain), most_nodes=_MOST_NODES)
-    plain = [zone for zone in problem.zones if _is_plain(zone)]
-    others = tuple(zone for zone in problem.zones if not _is_plain(zone))
-    return SearchGrid(
-        replace(problem, terrain=terrain, zones=others),
-        most_nodes=_MOST_NODES,
-        blocked=_reached(terrain, plain, problem.rules.zone_margin_m),
-    )
-
-
-def _is_plain(zone: Zone) -> bool:
-    limits = zone.lower_m, zone.upper_m, zone.t0_s, zone.t1_s, zone.lower_agl_m, zone.upper_agl_m
-    corners = sum(map(len, zone.footprint.rings))
-    return all(limit is None for limit in limits) and corners <= _MOST_ZONE_CORNERS
-
-
-def _divided(terrain: Terrain, parts: int) -> Terrain:
-    """Return the terrain with ``parts`` x ``parts`` smaller cells for each."""
-    from scipy import ndimage
-
-    rows, columns = (np.arange((nodes - 1) * parts + 1) / parts for nodes in terrain.shape)
-    y, x = np.meshgrid(rows * terrain.dy_m, columns * terrain.dx_m, indexing="ij")
-    between = ndimage.map_coordinates(
-        np.where(terrain.voids, terrain.lowest, terrain.elevation),
-        np.meshgrid(rows, columns, indexing="ij"),
-        order=1,
-    )
-    return terrain.having(
-        elevation=np.maximum(terrain.ground(x, y), between),
-        dx_m=terrain.dx_m / parts,
-        dy_m=terrain.dy_m / parts,
-    )
-
-
-def _reached(terrain: Terrain, zones: Sequence[Zone], margin_m: float) -> NDArray[np.bool_]:
-    """Return the nodes of the terrain that lie within ``margin_m`` of a zone, (ny, nx)."""
-    reached = np.zeros(terrain.shape, dtype=bool)
-    sides = np.array((terrain.dx_m, terrain.dy_m))
-    for zone in zones:
-        box = np.array(zone.footprint.box).reshape(2, 2) + np.array(((-margin_m,), (margin_m,)))
-        low, high = np.clip(
-            np.stack((np.ceil(box[0] / sides), np.floor(box[1] / sides) + 1)).astype(int),
-            0,
-            terrain.shape[::-1],
-        )
-        if (high <= low).any():
-            continue
-        x, y = np.meshgrid(
-            *(
-                np.arange(one, other) * side
-                for one, other, side in zip(low, high, sides, strict=True)
-            )
-        )
-        near = zone.footprint.distance_m(x.ravel(), y.ravel()) <= margin_m
-        reached[low[1] : high[1], low[0] : high[0]] |= near.reshape(x.shape)
-    return reached
 
 
 def _routes(
@@ -299,7 +227,7 @@ def _paths(grid: SearchGrid, steepness: float, most: int, way: Leads) -> list[Pa
     surface, route = routed(grid, steepness, way)
     if route is None:
         return []
-    points = _cornered(route, 0.25 * min(grid.dx_m, grid.dy_m))
+    points = cornered(route, 0.25 * min(grid.dx_m, grid.dy_m))
     if len(points) < 2:
         # The goal is straight above or below the start.
         return []
@@ -324,50 +252,3 @@ def _paths(grid: SearchGrid, steepness: float, most: int, way: Leads) -> list[Pa
         if path is not None:
             found.append(path)
     return found
-
-
-def _cornered(route: Floats, least_m: float) -> Floats:
-    """Return corners of a route, up to 300 points, and points between them, with both ends.
-
-    A polyline through the corners keeps within a distance of the route, which grows until there are
-    few enough. Half of them lie between corners that are far apart.
-    """
-    most = _MOST_CORNERS // 2
-    kept = _simplified(route, least_m)
-    while len(kept) > most:
-        least_m *= 1.5
-        kept = _simplified(route, least_m)
-    # Points of the route between the corners, where the gap between two of them is longest.
-    indices = kept.tolist()
-    while len(indices) < min(_MOST_CORNERS, len(route)):
-        gaps = np.diff(indices)
-        widest = int(gaps.argmax())
-        if gaps[widest] < 2:
-            break
-        indices.insert(widest + 1, indices[widest] + int(gaps[widest]) // 2)
-    points: Floats = route[indices]
-    moved = (np.diff(points, axis=0) != 0).any(axis=1)
-    distinct: Floats = points[np.append(True, moved)]
-    return distinct
-
-
-def _simplified(route: Floats, within_m: float) -> NDArray[np.int64]:
-    """Return the indices of the points that Douglas and Peucker keep."""
-    kept, open_spans = {0, len(route) - 1}, [(0, len(route) - 1)]
-    while open_spans:
-        first, last = open_spans.pop()
-        if last - first < 2:
-            continue
-        chord = route[last] - route[first]
-        offset = route[first + 1 : last] - route[first]
-        length = math.hypot(*chord)
-        if length > 0:
-            away = np.abs(offset[:, 0] * chord[1] - offset[:, 1] * chord[0]) / length
-        else:
-            away = np.hypot(*offset.T)
-        middle = int(away.argmax())
-        if away[middle] > within_m:
-            middle += first + 1
-            kept.add(middle)
-            open_spans += [(first, middle), (middle, last)]
-    return np.array(sorted(kept))

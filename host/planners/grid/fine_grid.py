@@ -1,0 +1,99 @@
+"""Search grids as fine as the terrain or finer, for narrow gaps and better routes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pathgene.host.planners.grid.grid_search import SearchGrid
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
+from pathgene.host.terrain import Terrain
+
+
+__all__ = ["fine_grid"]
+
+# Maximum corners of a zone whose distance from nodes is computed, edge by edge.
+_MOST_ZONE_CORNERS = 64
+
+
+def fine_grid(
+    problem: Problem, most_nodes: int, most_parts: int = 1, margin_m: float = 0.0
+) -> SearchGrid:
+    """Return a grid of small nodes, of which zones block only those whose middle they reach.
+
+    Elsewhere a zone blocks all cells that it touches, which closes narrow gaps. Zones with limits
+    or many corners still do.
+
+    Parameters
+    ----------
+    most_nodes : int
+        Maximum number of nodes on the longer side.
+    most_parts : int
+        Number of parts into which the side of a cell may be divided.
+    margin_m : float
+        Distance of routes from blocked nodes.
+    """
+    parts = min(most_parts, max(most_nodes // max(problem.terrain.shape), 1))
+    terrain = problem.terrain if parts == 1 else _divided(problem.terrain, parts)
+    if problem.rules is None:
+        return SearchGrid(replace(problem, terrain=terrain), margin_m, most_nodes=most_nodes)
+    plain = [zone for zone in problem.zones if _is_plain(zone)]
+    others = tuple(zone for zone in problem.zones if not _is_plain(zone))
+    return SearchGrid(
+        replace(problem, terrain=terrain, zones=others),
+        margin_m,
+        most_nodes=most_nodes,
+        blocked=_reached(terrain, plain, problem.rules.zone_margin_m),
+    )
+
+
+def _is_plain(zone: Zone) -> bool:
+    limits = zone.lower_m, zone.upper_m, zone.t0_s, zone.t1_s, zone.lower_agl_m, zone.upper_agl_m
+    corners = sum(map(len, zone.footprint.rings))
+    return all(limit is None for limit in limits) and corners <= _MOST_ZONE_CORNERS
+
+
+def _divided(terrain: Terrain, parts: int) -> Terrain:
+    """Return the terrain with ``parts`` x ``parts`` smaller cells for each."""
+    from scipy import ndimage
+
+    rows, columns = (np.arange((nodes - 1) * parts + 1) / parts for nodes in terrain.shape)
+    y, x = np.meshgrid(rows * terrain.dy_m, columns * terrain.dx_m, indexing="ij")
+    between = ndimage.map_coordinates(
+        np.where(terrain.voids, terrain.lowest, terrain.elevation),
+        np.meshgrid(rows, columns, indexing="ij"),
+        order=1,
+    )
+    return terrain.having(
+        elevation=np.maximum(terrain.ground(x, y), between),
+        dx_m=terrain.dx_m / parts,
+        dy_m=terrain.dy_m / parts,
+    )
+
+
+def _reached(terrain: Terrain, zones: Sequence[Zone], margin_m: float) -> NDArray[np.bool_]:
+    """Return the nodes of the terrain that lie within ``margin_m`` of a zone, (ny, nx)."""
+    reached = np.zeros(terrain.shape, dtype=bool)
+    sides = np.array((terrain.dx_m, terrain.dy_m))
+    for zone in zones:
+        box = np.array(zone.footprint.box).reshape(2, 2) + np.array(((-margin_m,), (margin_m,)))
+        low, high = np.clip(
+            np.stack((np.ceil(box[0] / sides), np.floor(box[1] / sides) + 1)).astype(int),
+            0,
+            terrain.shape[::-1],
+        )
+        if (high <= low).any():
+            continue
+        x, y = np.meshgrid(
+            *(
+                np.arange(one, other) * side
+                for one, other, side in zip(low, high, sides, strict=True)
+            )
+        )
+        near = zone.footprint.distance_m(x.ravel(), y.ravel()) <= margin_m
+        reached[low[1] : high[1], low[0] : high[0]] |= near.reshape(x.shape)
+    return reached

@@ -1,4 +1,4 @@
-"""The route of ``astar`` beside the chip's: both are polished, and the better one is reported."""
+"""The routes of ``astar`` beside the chip's: all are polished, and the best one is reported."""
 
 from __future__ import annotations
 
@@ -36,10 +36,11 @@ class Routes:
         self._astar: Evaluation | None = None
 
     def add_astar(self) -> None:
-        """Search with ``astar``, and polish its route like the chip's.
+        """Search with ``astar``, and polish its route like the chip's; search a finer grid, too.
 
-        Both the route and the polished route become candidates of the plan, if the route is
-        feasible. The time is the phase ``astar``.
+        If the route of ``astar`` is feasible, it becomes a candidate of the plan together with the
+        polished route and the routes over the finer grid
+        (:func:`~pathgene.host.planners.grid.astar.fine_searches`). The time is the phase ``astar``.
 
         ``astar`` does not search after a stop criterion other than the generations has ended the
         chip's search, nor where the chip has no feasible path, except as paper: then the fallback
@@ -52,8 +53,8 @@ class Routes:
         if is_stopped or not (self._chip[1].feasible or problem.as_paper):
             return
         # They load SciPy.
-        from pathgene.host.planners.chip.polish import polished
-        from pathgene.host.planners.grid.astar import AstarPlanner
+        from pathgene.host.planners.chip.polish import POLISHED_WAYPOINTS, polished
+        from pathgene.host.planners.grid.astar import AstarPlanner, fine_searches
 
         with run.phase("astar"):
             found = AstarPlanner().plan(run.evaluator, self._options(), stop=run.stop)
@@ -63,6 +64,12 @@ class Routes:
             paths = [found.path]
             if not found.interrupted:
                 paths += polished(problem, paths)
+                finer = Run(run.evaluator, self._options(), stop=run.stop)
+                for search in fine_searches(finer, POLISHED_WAYPOINTS):
+                    paths += [path for _, path in search]
+                    if finer.stopped_by() is not None:
+                        break
+                run.evaluations += finer.evaluations
         run.fitness(paths, strict=True)
         evaluations = [run.evaluator.evaluate(path) for path in paths]
         self._astar = max(

@@ -12,7 +12,9 @@ from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
 from pathgene.host.planners.grid.altitudes import lowest_altitudes
-from pathgene.host.planners.grid.grid_search import SearchGrid
+from pathgene.host.planners.grid.corners import cornered
+from pathgene.host.planners.grid.fine_grid import fine_grid
+from pathgene.host.planners.grid.grid_search import MOST_NODES, SearchGrid
 from pathgene.host.planners.grid.narrow import narrow_searches
 from pathgene.host.planners.grid.polylines import (
     Leads,
@@ -28,13 +30,22 @@ from pathgene.host.planners.grid.polylines import (
 from pathgene.host.problem.chip_map import ChipMap
 
 
-__all__ = ["DEFAULT_MAX_WAYPOINTS", "QUICK_SEARCHES", "AstarPlanner", "searches"]
+__all__ = [
+    "DEFAULT_MAX_WAYPOINTS",
+    "QUICK_SEARCHES",
+    "AstarPlanner",
+    "fine_searches",
+    "searches",
+]
 
 Path = NDArray[np.float64]
 
 # Steepness of the surface of each search, as a multiple of the climb limit; infinite for the ground
 # itself.
 _STEEPNESS = (2.5, 1.5, 1.0, math.inf)
+# Nodes on the longer side of a fine grid, and the surfaces tried there.
+_FINE_NODES = 256
+_FINE_STEEPNESS = (1.5, 1.0)
 # Margin around voids and zones, in turn radii; the second if the first gives no feasible path.
 _MARGINS = (0.0, 0.5)
 # Distances of waypoints around the ends, in turn radii, and the surfaces tried with them.
@@ -172,6 +183,46 @@ def searches(
         yield from _from_all_sides(run, most, lattice, grid, best)
 
 
+def fine_searches(run: Run, most: int) -> Iterator[list[tuple[float, Path]]]:
+    """Search over smaller nodes, for routes that the quick searches cannot tell apart.
+
+    A terrain whose cells are the nodes of the quick searches has no such routes.
+
+    Parameters
+    ----------
+    run : Run
+        Evaluates the paths; its evaluator holds the problem.
+    most : int
+        Maximum number of waypoints between start and goal.
+
+    Yields
+    ------
+    list of (float, ndarray)
+        As of :func:`searches`, from one surface after another; with a margin around voids and zones
+        if no path is feasible without.
+    """
+    problem = run.evaluator.problem
+    if max(problem.terrain.shape) <= MOST_NODES:
+        return
+    best = 0.0
+    for margin in _MARGINS:
+        with run.phase("search"):
+            grid = fine_grid(problem, _FINE_NODES, margin_m=margin * problem.limits.turn_radius_m)
+        for steepness in _FINE_STEEPNESS:
+            with run.phase("search"):
+                paths = [
+                    path
+                    for way in leads(problem)
+                    for path in _paths(grid, steepness, most, None, way, turns_at_corners=True)
+                ]
+            if paths:
+                fitness = run.fitness(paths, strict=True).tolist()
+                best = max(best, *fitness)
+                yield list(zip(fitness, paths, strict=True))
+        if best > 1:
+            return
+
+
 def _from_all_sides(
     run: Run, most: int, lattice: ChipMap | None, grid: SearchGrid, best: float
 ) -> Iterator[list[tuple[float, Path]]]:
@@ -203,9 +254,19 @@ def _from_all_sides(
 
 
 def _paths(
-    grid: SearchGrid, steepness: float, most: int, lattice: ChipMap | None, way: Leads
+    grid: SearchGrid,
+    steepness: float,
+    most: int,
+    lattice: ChipMap | None,
+    way: Leads,
+    *,
+    turns_at_corners: bool = False,
 ) -> list[Path]:
-    """Return paths with different numbers of turns along one route; none if there is no route."""
+    """Return paths with different numbers of turns along one route; none if there is no route.
+
+    With ``turns_at_corners``, corners of the route may become waypoints where no polyline through
+    evenly spaced points is free.
+    """
     if most < sum(map(len, way)):
         return []
     problem = grid.problem
@@ -218,6 +279,9 @@ def _paths(
         # The goal is straight above or below the start.
         return []
     lines = polylines(points, grid, surface, most)
+    if turns_at_corners and all(line is None for line in lines):
+        points = cornered(route, 0.25 * min(grid.dx_m, grid.dy_m))
+        lines = polylines(points, grid, surface, most)
     steps = {} if lattice is None else {"base_m": lattice.base_m, "step_m": lattice.step_m}
     found = []
     for line in (lines[count] for count in _counts(most)):

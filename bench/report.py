@@ -29,7 +29,7 @@ class Options:
     #: Part of the names of the rows to measure, for ``complete``, ``fpga``, ``flight``, ``quality``
     #: and ``safety``.
     only: str = ""
-    #: Use the seeds that are kept for claims, for ``complete``.
+    #: Use the seeds that are kept for claims, for ``complete`` and ``untuned``.
     claimed: bool = False
     #: Folder of real flights, for ``autopilot``.
     flights: Path | None = None

@@ -95,7 +95,7 @@ def problem(name: str) -> Problem:
     )
     height_m = _HEIGHT_M
     if name in (*SYNTHETIC, *HELD_OUT):
-        (x0, x1), height_m = (_valley(terrain, y) for y in (y0, y1)), _VALLEY_HEIGHT_M
+        (x0, x1), height_m = (valley(terrain, y) for y in (y0, y1)), _VALLEY_HEIGHT_M
     radius = _RADIUS * math.hypot(x1 - x0, y1 - y0)
     zones = tuple(
         Circle(x0 + share * (x1 - x0), y0 + share * (y1 - y0), radius) for share in _ZONES
@@ -112,6 +112,6 @@ def problem_at_one_cell(name: str) -> Problem:
     return dataclasses.replace(scenario, ds_m=min(scenario.terrain.dx_m, scenario.terrain.dy_m))
 
 
-def _valley(terrain: Terrain, y: float) -> float:
+def valley(terrain: Terrain, y: float) -> float:
     """Return x of the lowest land at ``y``, metres."""
     return float(terrain.elevation[round(y / terrain.dy_m)].argmin() * terrain.dx_m)

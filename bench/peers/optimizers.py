@@ -263,4 +263,8 @@ def solve(
     if left > 0:
         setup.simplifySolution(left)
     states = setup.getSolutionPath().getStates()
-    return _UNIT_M * np.array([[state[axis] for axis in range(3)] for state in states])
+    path = _UNIT_M * np.array([[state[axis] for axis in range(3)] for state in states])
+    if not np.allclose(path[0], problem.start):
+        # Where the straight line is free, AORRTC of OMPL 2.0.1 returns the goal twice.
+        return np.array([problem.start, problem.goal])
+    return path

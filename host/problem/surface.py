@@ -203,7 +203,7 @@ class SearchRasters:
 
 def _floor(terrain: Terrain, demand: Demand, corridor_m: float, part: Part) -> Floats:
     """Return the surface around each node plus the required clearance, NaN near voids."""
-    highest = around(terrain, corridor_m).nodes[part]
+    highest = around(terrain, corridor_m).nodes(terrain)[part]
     floor = highest + demand.clearance_m
     half_diagonal = 0.5 * math.hypot(terrain.dx_m, terrain.dy_m)
     # Less is required only near the ends.

@@ -22,6 +22,8 @@ _RIM_PLACES = 3600
 _RIM_SLACK_M = 1e-3
 # Number of places of a terrain whose surroundings are cached.
 _MOST_PLACES = 64
+# Nodes whose surroundings are computed at a time, so that they fit into a processor's cache.
+_BAND_NODES = 100_000
 
 
 class Surroundings:
@@ -29,23 +31,26 @@ class Surroundings:
 
     Parameters
     ----------
-    terrain : Terrain
-        The ground.
     corridor_m : float
         Distance within which the surface counts.
-
-    Attributes
-    ----------
-    nodes : (ny, nx) float64, metres
-        See :func:`_highest_around`; do not write to it.
     """
 
-    def __init__(self, terrain: Terrain, corridor_m: float) -> None:
-        self.corridor_m = corridor_m
+    def __init__(self, corridor_m: float) -> None:
         # Without a reference to the terrain, which is the weak key of this object.
-        heights = np.where(terrain.voids, VOID_M, terrain.elevation)
-        self.nodes = _highest_around(heights, terrain, corridor_m)
+        self.corridor_m = corridor_m
+        self._nodes: Floats | None = None
         self._within: dict[tuple[float, float], float] = {}
+
+    def nodes(self, terrain: Terrain) -> Floats:
+        """Return :func:`_highest_around` for all nodes, (ny, nx); do not write to it."""
+        if self._nodes is None:
+            rows, columns = terrain.shape
+            self._nodes = np.empty((rows, columns))
+            step = max(_BAND_NODES // columns, 1)
+            for first in range(0, rows, step):
+                band = slice(first, min(first + step, rows)), slice(0, columns)
+                self._nodes[band] = _highest_around(terrain, self.corridor_m, *band)
+        return self._nodes
 
     def highest_within(self, terrain: Terrain, x: float, y: float, enough_m: float) -> float:
         """Return the highest surface around a point, metres; infinite near a void.
@@ -53,7 +58,13 @@ class Surroundings:
         If no surface around the nearest node's square is above ``enough_m``, its highest is
         returned.
         """
-        nearest = float(self.nodes[terrain.nearest_nodes(x, y)])
+        row, column = map(int, terrain.nearest_nodes(x, y))
+        if self._nodes is None:
+            # The planners may need the rasters of a part of the map only.
+            place = slice(row, row + 1), slice(column, column + 1)
+            nearest = float(_highest_around(terrain, self.corridor_m, *place)[0, 0])
+        else:
+            nearest = float(self._nodes[row, column])
         if nearest <= enough_m:
             return nearest
         if (x, y) not in self._within:
@@ -71,15 +82,25 @@ def around(terrain: Terrain, corridor_m: float) -> Surroundings:
     """Return the surroundings of a terrain for a corridor, which are computed once."""
     known = _AROUND.get(terrain)
     if known is None or known.corridor_m != corridor_m:
-        known = _AROUND[terrain] = Surroundings(terrain, corridor_m)
+        known = _AROUND[terrain] = Surroundings(corridor_m)
     return known
 
 
-def _highest_around(heights: Floats, terrain: Terrain, corridor_m: float) -> Floats:
-    """Return the highest surface within ``corridor_m`` of each node's square, in both axes."""
+def _highest_around(terrain: Terrain, corridor_m: float, rows: slice, columns: slice) -> Floats:
+    """Return the highest surface within ``corridor_m`` of nodes' squares, in both axes.
+
+    The nodes are those in some rows and columns; nodes near a void are very high.
+    """
     reach = [0.5 + corridor_m / side for side in (terrain.dy_m, terrain.dx_m)]
     # Squares of nodes this far away are touched, too.
     nodes = [math.floor(cells + 0.5) for cells in reach]
+    # One more node on each side, between which and the last the rim may lie.
+    wide = [
+        slice(max(part.start - far - 1, 0), min(part.stop + far + 1, count))
+        for part, far, count in zip((rows, columns), nodes, terrain.shape, strict=True)
+    ]
+    heights = terrain.elevation[wide[0], wide[1]]
+    heights = np.where(np.isnan(heights), VOID_M, heights)
     highest = _spread(_spread(heights, 0, nodes[0]), 1, nodes[1])
     for axis in (0, 1):
         for side in (-1, 1):
@@ -90,7 +111,10 @@ def _highest_around(heights: Floats, terrain: Terrain, corridor_m: float) -> Flo
             if axis == 0:
                 for sign in (-1, 1):
                     np.maximum(highest, _moved(rim, 1, sign * reach[1]), out=highest)
-    return highest
+    return highest[
+        rows.start - wide[0].start : rows.stop - wide[0].start,
+        columns.start - wide[1].start : columns.stop - wide[1].start,
+    ]
 
 
 def _spread(raster: Floats, axis: int, nodes: int) -> Floats:
@@ -156,6 +180,8 @@ def _highest_within(terrain: Terrain, x: float, y: float, radius_m: float) -> fl
     up = np.arange(rows) * terrain.dy_m
     away_x = np.maximum(np.abs(across - x) - 0.5 * terrain.dx_m, 0.0)
     away_y = np.maximum(np.abs(up - y) - 0.5 * terrain.dy_m, 0.0)
-    touched = np.hypot(away_x[None, :], away_y[:, None]) <= radius_m
-    nodes = np.where(np.isnan(terrain.elevation), np.inf, terrain.elevation)[touched]
+    near_x, near_y = np.flatnonzero(away_x <= radius_m), np.flatnonzero(away_y <= radius_m)
+    touched = np.hypot(away_x[None, near_x], away_y[near_y, None]) <= radius_m
+    nodes = terrain.elevation[np.ix_(near_y, near_x)][touched]
+    nodes = np.where(np.isnan(nodes), np.inf, nodes)
     return float(max(highest, nodes.max(initial=-np.inf))) + _RIM_SLACK_M

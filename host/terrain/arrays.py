@@ -206,7 +206,8 @@ class _Grid:
             float if unit_m == 1.0 else lambda height: float(f"{height / unit_m:.12g}"),
         )
         accepts_all = self.stated.accepts_all
-        heights, marks = without_marks(file, numbers * unit_m, accepts_all=accepts_all)
+        heights = numbers if unit_m == 1.0 else numbers * unit_m
+        heights, marks = without_marks(file, heights, accepts_all=accepts_all)
         reading = marked(reading, marks)
         if not accepts_all:
             is_unit_known = upright.unit_from != "assumed"

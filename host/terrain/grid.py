@@ -146,6 +146,25 @@ class Terrain:
             object.__setattr__(changed, name, value)
         return changed
 
+    def part(self, rows: slice, columns: slice) -> Terrain:
+        """Return some rows and columns of the terrain, a copy in a frame of its own.
+
+        Its north is that of the whole terrain. It has the heights of the papers only if the whole
+        terrain has.
+        """
+        origin = self.origin
+        if self.crs is not None and origin is not None:
+            east, north = self.frame.metres_per_unit
+            origin = (
+                origin[0] + columns.start * self.dx_m / east,
+                origin[1] + rows.start * self.dy_m / north,
+            )
+        heights = self.elevation[rows, columns].copy()
+        heights.setflags(write=False)
+        part = self.having(elevation=heights, origin=origin, paper=None)
+        part.__dict__["metric"] = self.metric
+        return part
+
     @property
     def on_paper(self) -> Terrain:
         """The terrain as the papers take it, with its own name and origin."""
@@ -386,9 +405,12 @@ def as_heights(name: str, elevation: ArrayLike) -> Floats:
             f"{raw.shape[0]} x {raw.shape[1]}."
         )
     heights = raw.astype(np.float64)
-    void = ~np.isfinite(heights) | (heights == UNDECLARED_VOID) | np.ma.getmask(elevation)
-    heights[void] = np.nan
-    if np.isnan(heights).all():
+    void = ~np.isfinite(heights)
+    void |= heights == UNDECLARED_VOID
+    void |= np.ma.getmask(elevation)
+    if void.any():
+        heights[void] = np.nan
+    if void.all():
         raise InputError(f"{name}: every node is void; choose a terrain with heights.")
     return heights
 

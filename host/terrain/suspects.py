@@ -33,6 +33,8 @@ _QUARTER, _STEEP = 0.25, 1.0
 _SMALLEST_M, _FEWEST_STEPS = 10.0, 100
 # Steps that are examined.
 _SAMPLE_STEPS = 1_000_000
+# Cells whose steps are computed at a time.
+_BLOCK_CELLS = 100_000
 
 
 def suspicions(file: FileHeights, heights: Floats, *, is_unit_known: bool) -> Iterator[Remark]:
@@ -80,9 +82,17 @@ def _at_feet(file: FileHeights, heights: Floats, step_m: float) -> list[float]:
         return []
     feet = []
     with np.errstate(invalid="ignore"):
-        for first, second in neighbours(heights):
-            rise = second - first
-            feet += [first[rise > step_m], second[rise < -step_m]]
+        for ones, others in neighbours(heights):
+            # Some rows at a time, whose differences fit into a processor's cache.
+            rows = max(_BLOCK_CELLS // heights.shape[1], 1)
+            for at in range(0, len(ones), rows):
+                first, second = ones[at : at + rows], others[at : at + rows]
+                rise = second - first
+                for foot, is_foot in ((first, rise > step_m), (second, rise < -step_m)):
+                    if is_foot.any():
+                        feet.append(foot[is_foot])
+    if not feet:
+        return []
     values, counts = np.unique(np.concatenate(feet), return_counts=True)
     commonest: list[float] = values[np.argsort(-counts, kind="stable")[:_MOST_NUMBERS]].tolist()
     if file.zero_m in values and file.zero_m not in commonest:

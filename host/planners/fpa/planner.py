@@ -13,6 +13,7 @@ from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.airspace import Airspace
 from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
+from pathgene.host.planners.boxed import plan_in_box
 from pathgene.host.planners.fpa.engines import CpuEngine, Engine, Setup
 from pathgene.host.planners.fpa.steps import Pollination
 from pathgene.host.planners.grid.astar import DEFAULT_MAX_WAYPOINTS
@@ -165,6 +166,17 @@ class FlowerPollinationPlanner:
             If the population is not from 4 to 100,000, the map has no flyable cell, or there is no
             GPU for the engine ``gpu``.
         """
+        if self.engine == "gpu":
+            return self._alone(evaluator, options, progress, stop)
+        return plan_in_box(self._alone, evaluator, options, progress, stop)
+
+    def _alone(
+        self,
+        evaluator: Evaluator,
+        options: Options,
+        progress: Progress | None,
+        stop: Stop | None,
+    ) -> Result:
         return self._plan([Run(evaluator, options, progress, stop)])[0]
 
     def plan_together(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
+from pathgene.host.planners.boxed import plan_in_box
 from pathgene.host.planners.grid.altitudes import lowest_altitudes
 from pathgene.host.planners.grid.corners import cornered
 from pathgene.host.planners.grid.fine_grid import fine_grid
@@ -121,6 +122,15 @@ class AstarPlanner:
         """
         if options.population is not None:
             raise InputError("The planner astar has no population; leave it out (--population).")
+        return plan_in_box(self._plan, evaluator, options, progress, stop)
+
+    def _plan(
+        self,
+        evaluator: Evaluator,
+        options: Options,
+        progress: Progress | None,
+        stop: Stop | None,
+    ) -> Result:
         run = Run(evaluator, options, progress, stop)
         problem = evaluator.problem
         run.record(0, run.fitness([np.array([problem.start, problem.goal])]))

@@ -304,7 +304,7 @@ _OWN = (
     _own("chip_ms", INTEGER, "maximum milliseconds of a plan by the chip's clock, not counting "
          "runs without a path", "none: the generations are the limit", "8", metavar="MS"),
     _own("polish", choice(("on", "chip", "off")), "give the chip's paths the lowest altitudes, on "
-         "the host; on: also astar's route, and report the better one; chip: only the chip's",
+         "the host; on: also astar's route, and refine the better one; chip: only the chip's",
          "on", '"on"'),
     _own("link_mode", choice(("rank", "population", "recipe")), "data sent over the link in each "
          "generation", "rank", '"rank"'),

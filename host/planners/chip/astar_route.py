@@ -34,6 +34,8 @@ class Routes:
         self._run = run
         self._chip: tuple[Path, Evaluation] | None = None
         self._astar: Evaluation | None = None
+        # Paths that are the chip's, or were before they were refined.
+        self._of_chip: list[Path] = []
 
     def add_astar(self) -> None:
         """Search with ``astar``, and polish its route like the chip's; search a finer grid, too.
@@ -49,8 +51,8 @@ class Routes:
         run, problem = self._run, self._run.evaluator.problem
         with run.phase("choice"):
             self._chip = choose(run.evaluator, run.candidates)
-        is_stopped = run.stopped_by() not in (None, "generations") or run.out_of_time
-        if is_stopped or not (self._chip[1].feasible or problem.as_paper):
+            self._of_chip = [self._chip[0]]
+        if self._is_stopped or not (self._chip[1].feasible or problem.as_paper):
             return
         # They load SciPy.
         from pathgene.host.planners.chip.polish import POLISHED_WAYPOINTS, polished
@@ -76,6 +78,31 @@ class Routes:
             (each for each in evaluations if each.feasible), key=lambda each: each.fitness
         )
 
+    def refine(self) -> None:
+        """Refine the best path so far (:func:`~pathgene.host.planners.chip.refinement.refined`).
+
+        The time is the phase ``refinement``. A path is not refined unless it is feasible and no
+        stop criterion other than the generations has ended the search.
+        """
+        run = self._run
+        with run.phase("choice"):
+            path, evaluation = choose(run.evaluator, run.candidates)
+        if self._is_stopped or not evaluation.feasible:
+            return
+        # It loads SciPy.
+        from pathgene.host.planners.chip.refinement import refined
+
+        better = refined(run, path)
+        if self._is_of_chip(path):
+            self._of_chip += better
+
+    @property
+    def _is_stopped(self) -> bool:
+        return self._run.stopped_by() not in (None, "generations") or self._run.out_of_time
+
+    def _is_of_chip(self, path: Path) -> bool:
+        return any(path.tobytes() == own.tobytes() for own in self._of_chip)
+
     def _options(self) -> Options:
         """Return the options of the search: astar's defaults, and the rest of the time limit."""
         remaining_s = self._run.remaining_s
@@ -89,10 +116,10 @@ class Routes:
         """Return the entries of ``hardware`` that say whose route a result has.
 
         ``route_from`` is ``chip`` or ``astar``, or None without a feasible path. ``routes`` has the
-        fitness of the best feasible path of each, or None.
+        fitness of the best feasible path of each before it is refined, or None.
         """
-        path, chip = self._chip or (result.path, result.evaluation)
-        is_chip = result.path.tobytes() == path.tobytes()
+        _, chip = self._chip or (result.path, result.evaluation)
+        is_chip = self._chip is None or self._is_of_chip(result.path)
         return {
             "route_from": ("chip" if is_chip else _ASTAR) if result.evaluation.feasible else None,
             "routes": {

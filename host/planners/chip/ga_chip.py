@@ -150,6 +150,7 @@ class ChipGeneticPlanner:
                         runs.search(schedule.first(), schedule.further())
                     if self.adds_astar:
                         routes.add_astar()
+                        routes.refine()
                 run.hardware = runs.hardware()
                 run.seconds["board"] = runs.cycles / chip.config.clock_hz
             except JobError as error:

@@ -1,10 +1,12 @@
 """The route of ``astar`` beside the chip's, on the software model."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from pathgene.host.planners.base import Options, Stop
-from pathgene.host.planners.chip import polish
+from pathgene.host.planners.base import Options, Run, Stop
+from pathgene.host.planners.chip import polish, refinement
 from pathgene.host.planners.chip.ga_chip import ChipGeneticPlanner
 from pathgene.host.planners.chip.runs import ChipRuns
 from pathgene.host.planners.grid import astar
@@ -35,10 +37,17 @@ def planned(evaluator, options=SHORT, **own):
     return ChipGeneticPlanner(**own).plan(evaluator, options)
 
 
+@pytest.fixture
+def unrefined(monkeypatch):
+    """No trial follows the routes."""
+    monkeypatch.setattr(refinement, "TRIALS", 0)
+
+
 def astar_plan(evaluator):
     return AstarPlanner().plan(evaluator, Options(generations=400))
 
 
+@pytest.mark.usefixtures("unrefined")
 def test_a_better_route_of_astar_is_polished_and_reported(evaluator, calls):
     own, result = planned(evaluator, polish="chip"), planned(evaluator)
     assert len(calls) == 1
@@ -57,11 +66,13 @@ def test_a_better_route_of_astar_is_polished_and_reported(evaluator, calls):
     # Record, history included, and counters are the chip's.
     assert (result.history, result.generations) == (own.history, own.generations)
     assert result.hardware["runs"] == own.hardware["runs"]
-    assert result.evaluations == own.evaluations + other.evaluations + 2
+    # The chosen path is evaluated once more before its trials would begin.
+    assert result.evaluations == own.evaluations + other.evaluations + 3
     assert result.seconds["astar"] > 0
     assert "search" not in result.seconds
 
 
+@pytest.mark.usefixtures("unrefined")
 def test_a_better_route_of_the_chip_stays(make_evaluator, calls):
     evaluator = make_evaluator(zones=())
     own, result = planned(evaluator, LONG, polish="chip"), planned(evaluator, LONG)
@@ -143,6 +154,7 @@ def test_astar_has_the_rest_of_the_time_and_its_own_generations(evaluator, calls
     assert limited.generations == free.generations == 400
 
 
+@pytest.mark.usefixtures("unrefined")
 def test_where_astar_finds_nothing_nothing_changes(evaluator, monkeypatch):
     own = planned(evaluator, polish="chip")
     for name in ("searches", "narrow_searches"):
@@ -153,6 +165,7 @@ def test_where_astar_finds_nothing_nothing_changes(evaluator, monkeypatch):
     assert result.evaluations == own.evaluations + 1
 
 
+@pytest.mark.usefixtures("unrefined")
 def test_a_problem_without_a_path_of_the_chip_is_left_to_the_fallback(
     make_evaluator, calls, monkeypatch
 ):
@@ -168,3 +181,52 @@ def test_a_problem_without_a_path_of_the_chip_is_left_to_the_fallback(
     assert result.evaluation.feasible
     assert result.hardware["route_from"] == "astar"
     assert result.hardware["routes"] == {"chip": None, "astar": result.evaluation.fitness}
+
+
+@pytest.mark.parametrize("options", [SHORT, LONG])
+def test_the_best_route_is_refined(evaluator, monkeypatch, options):
+    """Its origin stays with it; the fitness of both routes is that of before."""
+    result = planned(evaluator, options)
+    again = planned(evaluator, options)
+    other = planned(evaluator, replace(options, seed=options.seed + 1))
+    monkeypatch.setattr(refinement, "TRIALS", 0)
+    before = planned(evaluator, options)
+    assert result.evaluation.fitness > before.evaluation.fitness
+    assert evaluator.evaluate(result.path).feasible
+    assert np.array_equal(again.path, result.path)
+    assert not np.array_equal(other.path, result.path)
+    for key in ("route_from", "routes"):
+        assert result.hardware[key] == before.hardware[key]
+    assert len(result.path) - 2 <= polish.POLISHED_WAYPOINTS
+    assert result.seconds["refinement"] > 0
+    trials = result.evaluations - before.evaluations
+    assert 0 < trials <= 50
+
+
+@pytest.mark.parametrize("word", ["chip", "off"])
+def test_without_the_polish_of_both_nothing_is_refined(evaluator, word):
+    assert "refinement" not in planned(evaluator, polish=word).seconds
+
+
+def test_the_time_limit_ends_the_trials(evaluator, monkeypatch):
+    trials, real = [], refinement.lowest_altitudes
+
+    def lowest(*arguments):
+        trials.append(arguments)
+        if len(trials) == 3:
+            monkeypatch.setattr(Run, "out_of_time", property(lambda run: True))
+        return real(*arguments)
+
+    monkeypatch.setattr(refinement, "lowest_altitudes", lowest)
+    result = planned(evaluator, replace(SHORT, time_limit_s=1000.0))
+    assert len(trials) == 3
+    assert result.evaluation.feasible
+
+
+def test_a_heading_is_kept(make_evaluator):
+    evaluator = make_evaluator(
+        rules=Rules(clearance_m=0), start_heading_deg=40, goal_heading_deg=120, zones=()
+    )
+    result = planned(evaluator, LONG)
+    assert result.evaluation.feasible
+    assert result.seconds["refinement"] > 0

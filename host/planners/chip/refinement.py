@@ -1,0 +1,93 @@
+"""The last part of a plan: turns of the best path moved at random, each time with new altitudes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pathgene.host.planners.base import Run
+from pathgene.host.planners.chip.polish import POLISHED_WAYPOINTS
+from pathgene.host.planners.grid.altitudes import lowest_altitudes
+from pathgene.host.planners.grid.grid_search import Prices
+from pathgene.host.planners.grid.polylines import lengthened
+
+
+__all__ = ["TRIALS", "refined"]
+
+Floats = NDArray[np.float64]
+Path = NDArray[np.float64]
+
+#: Number of paths tried. Each takes about 8 ms of a processor.
+TRIALS = 50
+# Standard deviation of a move, as a share of the distance from start to goal, and its scales.
+_MOVE = 0.05
+_SCALES = (1.0, 0.5, 0.25, 0.1, 0.03)
+# Shares of the trials that add a turn or remove one.
+_ADDED, _REMOVED = 0.15, 0.1
+# Waypoints that turn less lie on a straight piece.
+_LEAST_TURN_RAD = 1e-3
+
+
+def refined(run: Run, path: Path) -> list[Path]:
+    """Return better and better copies of a feasible path, each with a turn moved; maybe none.
+
+    A trial moves a turn of the best path so far, adds one at the middle of a segment, or removes
+    one; more waypoints on the straight pieces and the lowest altitudes follow, as in
+    :func:`pathgene.host.planners.chip.polish.polished`. The seed of the plan determines all trials.
+    They end early with a stop criterion. Their time is the phase ``refinement``, apart from the
+    evaluation.
+
+    Parameters
+    ----------
+    run : Run
+        Evaluates the trials, which become candidates of the plan.
+    path : (n, 3) float64, metres
+        Start and goal included.
+    """
+    problem = run.evaluator.problem
+    rng, prices = np.random.default_rng(run.options.seed), Prices(problem)
+    radius_m = problem.limits.turn_radius_m
+    move_m = _MOVE * math.dist(problem.start[:2], problem.goal[:2])
+    turns = _turns(path[:, :2])
+    best = float(run.fitness([path], strict=True)[0])
+    found: list[Path] = []
+    for _ in range(TRIALS):
+        if run.stopped_by() not in (None, "generations") or run.out_of_time:
+            break
+        moved = _moved(rng, turns, move_m * float(rng.choice(_SCALES)))
+        with run.phase("refinement"):
+            places = lengthened(moved, POLISHED_WAYPOINTS, radius_m)
+            trial = lowest_altitudes(problem, prices, places)
+        if trial is None:
+            continue
+        fitness = float(run.fitness([trial], strict=True)[0])
+        if fitness > best:
+            best, turns = fitness, moved
+            found.append(trial)
+    return found
+
+
+def _turns(places: Floats) -> Floats:
+    """Return the places at which a path turns, with both ends, (m, 2) metres."""
+    way = np.diff(places, axis=0)
+    cross = way[:-1, 0] * way[1:, 1] - way[:-1, 1] * way[1:, 0]
+    turn = np.abs(np.arctan2(cross, (way[:-1] * way[1:]).sum(axis=1)))
+    kept: Floats = places[np.concatenate(([True], turn > _LEAST_TURN_RAD, [True]))]
+    return kept
+
+
+def _moved(rng: np.random.Generator, turns: Floats, move_m: float) -> Floats:
+    """Return places of which one has moved, is new or is missing, (m, 2) metres."""
+    kind, count = rng.random(), len(turns) - 2
+    move = move_m * rng.standard_normal(2)
+    if count == 0 or (kind < _ADDED and count < POLISHED_WAYPOINTS):
+        after = int(rng.integers(count + 1))
+        return np.insert(turns, after + 1, turns[after : after + 2].mean(axis=0) + move, axis=0)
+    which = 1 + int(rng.integers(count))
+    if kind < _ADDED + _REMOVED:
+        return np.delete(turns, which, axis=0)
+    moved = turns.copy()
+    moved[which] += move
+    return moved

@@ -44,8 +44,8 @@ Path = NDArray[np.float64]
 # Steepness of the surface of each search, as a multiple of the climb limit; infinite for the ground
 # itself.
 _STEEPNESS = (2.5, 1.5, 1.0, math.inf)
-# Nodes on the longer side of a fine grid, and the surfaces tried there.
-_FINE_NODES = 256
+# Nodes on the longer side of a fine grid, most cells along a node, and the surfaces tried there.
+_FINE_NODES, _MOST_CELLS = 256, 4
 _FINE_STEEPNESS = (1.5, 1.0)
 # Margin around voids and zones, in turn radii; the second if the first gives no feasible path.
 _MARGINS = (0.0, 0.5)
@@ -196,7 +196,8 @@ def searches(
 def fine_searches(run: Run, most: int) -> Iterator[list[tuple[float, Path]]]:
     """Search over smaller nodes, for routes that the quick searches cannot tell apart.
 
-    A terrain whose cells are the nodes of the quick searches has no such routes.
+    A terrain whose cells are the nodes of the quick searches has no such routes, and on one with
+    many more cells the nodes would be no smaller: ``astar`` searches a box of it.
 
     Parameters
     ----------
@@ -212,7 +213,7 @@ def fine_searches(run: Run, most: int) -> Iterator[list[tuple[float, Path]]]:
         if no path is feasible without.
     """
     problem = run.evaluator.problem
-    if max(problem.terrain.shape) <= MOST_NODES:
+    if not MOST_NODES < max(problem.terrain.shape) <= _MOST_CELLS * _FINE_NODES:
         return
     best = 0.0
     for margin in _MARGINS:

@@ -55,8 +55,9 @@ def test_is_better_where_the_quick_searches_find_a_path():
     assert best_of(own)[0].fitness > quick.fitness + 0.002
 
 
-def test_terrain_of_few_nodes_has_no_fine_search():
-    assert not list(fine_searches(Run(evaluator(400.0, nodes=200), Options()), 32))
+@pytest.mark.parametrize("nodes", [200, 1025])
+def test_terrain_of_few_or_very_many_nodes_has_no_fine_search(nodes):
+    assert not list(fine_searches(Run(evaluator(400.0, nodes=nodes), Options()), 32))
 
 
 def test_nodes_are_the_cells_or_parts_of_them():

@@ -34,14 +34,22 @@ from pathgene.host.remarks import Reading
 from pathgene.host.report.run_files import SUMMARY, verify
 from pathgene.host.report.summary import describe_readings, version
 from pathgene.host.report.write import write_report
+from pathgene.host.terrain import Terrain
+from pathgene.host.terrain.stated import STATEMENTS
 from pathgene.host.workers.cluster import on_cluster
 from pathgene.host.workers.processes import in_processes
+from pathgene.host.workers.shared import packed, unpacked
 
 
 __all__ = ["Job", "Outcome", "execute", "kept_summary", "names_of", "save"]
 
 #: Values that affect the output, not the plan.
 _OUTPUT = {option.name for option in options_of("output")}
+# Values that a terrain depends on.
+_OF_TERRAIN = (
+    *("terrain", "cell", "fill_voids", "max_cells", "self_contained", "origin", "as_paper"),
+    *STATEMENTS,
+)
 # Maximum number of problems that a GPU plans at once, and of nodes of their maps, 16 or 24 bytes
 # each.
 _MOST_TOGETHER, _MOST_NODES = 64, 50_000_000
@@ -84,13 +92,23 @@ class Job:
         text = json.dumps({**values, "pathgene": version()}, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:20]
 
+    @property
+    def land(self) -> str:
+        """Key that jobs over the same terrain share."""
+        values = {name: self.values.get(name) for name in _OF_TERRAIN}
+        return json.dumps(values, sort_keys=True)
+
     def make(
-        self, say: Callable[[Reading, Reading], None] | None = None
+        self,
+        say: Callable[[Reading, Reading], None] | None = None,
+        terrain: Terrain | None = None,
     ) -> tuple[MissionProblem, Search]:
         """Return the mission and the search.
 
         Parameters
         ----------
+        terrain : Terrain, optional
+            The terrain of the job, if it is loaded already.
         say : callable, optional
             Gets the reports on files; see :func:`pathgene.host.mission.build.mission_of`.
 
@@ -99,7 +117,7 @@ class Job:
         InputError
             If the values are bad, or the planner needs a board on a port of this machine.
         """
-        mission = mission_of(self.values, say=say)
+        mission = mission_of(self.values, terrain, say=say)
         check_formats(self.formats, mission.problem.terrain)
         hand_over_of(self.values)
         ending_of(self.values, mission.problem)
@@ -122,6 +140,14 @@ class _Task:
 
 
 @dataclass(frozen=True)
+class _Sent:
+    """A task as it is sent to a process, which has the terrains already."""
+
+    number: int
+    content: bytes
+
+
+@dataclass(frozen=True)
 class Outcome:
     """The result of a job.
 
@@ -135,6 +161,8 @@ class Outcome:
         The failure is caused by the problem.
     read : dict or None
         The report on the files that were read before a failure, as in a summary.
+    terrain : Terrain or None
+        The terrain, if it could be loaded.
     """
 
     number: int
@@ -143,6 +171,7 @@ class Outcome:
     failure: str | None = None
     bad_input: bool = False
     read: dict[str, Any] | None = None
+    terrain: Terrain | None = None
 
 
 def names_of(files: Sequence[str]) -> list[str]:
@@ -190,13 +219,15 @@ def execute(
         If no scheduler answers or it is lost, or processes die again and again.
     """
     tasks = []
+    terrains: dict[str, Terrain] = {}
     together: dict[object, list[_Task]] = {}
     reads: dict[int, dict[str, Any]] = {}
 
     def whole(outcome: Outcome) -> tuple[Job, Outcome]:
         if outcome.summary is None:
             outcome = dataclasses.replace(outcome, read=reads.get(outcome.number))
-        return jobs[outcome.number], outcome
+        job = jobs[outcome.number]
+        return job, dataclasses.replace(outcome, terrain=terrains.get(job.land))
 
     for number, job in enumerate(jobs):
 
@@ -204,7 +235,8 @@ def execute(
             reads[number] = describe_readings(*readings)
 
         try:
-            mission, search = job.make(say)
+            mission, search = job.make(say, terrains.get(job.land))
+            terrains.setdefault(job.land, mission.problem.terrain)
             if scheduler is not None and search.board and known_config(search.board) is None:
                 raise InputError(
                     "A board at this machine cannot be reached from a cluster; leave --scheduler "
@@ -226,16 +258,19 @@ def execute(
         return
     count = min(count, len(tasks))
     outcomes: Generator[Outcome]
-    if scheduler is None:
+    shared = list(terrains.values())
+    if scheduler is None and count == 1:
         outcomes = in_processes(tasks, count, _plan, _threads, None)
+    elif scheduler is None:
+        outcomes = in_processes(_sent(tasks, shared), count, _plan_sent, _Shared, shared)
     else:
         outcomes = on_cluster(
-            tasks,
+            _sent(tasks, shared),
             scheduler,
             count,
-            _plan,
-            _threads,
-            None,
+            _plan_sent,
+            _Shared,
+            shared,
             name=lambda task: f"problem-{task.number}",
             failed=lambda task, reason: Outcome(task.number, failure=reason),
         )
@@ -273,7 +308,7 @@ def save(directory: Path, job: Job, outcome: Outcome, warn: Callable[[str], None
     assert outcome.result is not None
     folder = directory / job.name
     prepare_directory(folder)
-    whole = mission_of(job.values).whole
+    whole = mission_of(job.values, outcome.terrain).whole
     ending = ending_of(job.values, whole)
     formats = [name for name in job.formats if name != "geojson"]  # Every run has it.
     feasible, path = outcome.result.evaluation.feasible, outcome.result.path
@@ -295,6 +330,24 @@ def save(directory: Path, job: Job, outcome: Outcome, warn: Callable[[str], None
         others=others,
         mission=lambda: drawn_mission(whole, evaluator.track(path), wanted) if feasible else None,
     )
+
+
+@dataclass(frozen=True)
+class _Shared:
+    """The terrains of all tasks, and the threads of a process."""
+
+    terrains: Sequence[Terrain]
+    threads: int
+
+
+def _sent(tasks: Sequence[_Task], terrains: Sequence[Terrain]) -> list[_Sent]:
+    return [_Sent(task.number, packed(task, terrains)) for task in tasks]
+
+
+def _plan_sent(shared: _Shared, sent: _Sent) -> Outcome:
+    """Plan a task that was sent."""
+    task: _Task = unpacked(sent.content, shared.terrains)
+    return _plan(shared.threads, task)
 
 
 def _threads(_: None, threads: int) -> int:

@@ -119,3 +119,30 @@ def test_a_board_here_is_not_reached_from_a_cluster(job):
     ((_, outcome),) = execute([Job("one", made.file, values)], 1, "tcp://127.0.0.1:9")
     assert outcome.bad_input
     assert outcome.failure.startswith("A board at this machine cannot be reached from a cluster; ")
+
+
+def test_jobs_share_their_terrain(job, monkeypatch):
+    from pathgene.host.mission import build
+
+    loaded = []
+    own = build.load
+
+    def noting(source, **options):
+        loaded.append(source)
+        return own(source, **options)
+
+    monkeypatch.setattr(build, "load", noting)
+    jobs = [
+        job(f"shared-{at}", goal=f"[3500, {2000 + 100 * at}, 100]", more="grid = false")
+        for at in range(4)
+    ]
+    jobs.append(job("filled", extra="", more="grid = false"))
+    jobs[-1].values["fill_voids"] = True
+    here = {done.name: outcome for done, outcome in execute(jobs, 1, None)}
+    assert len(loaded) == 2  # The other one has its voids filled.
+    assert len({id(here[f"shared-{at}"].terrain) for at in range(4)}) == 1
+    there = {done.name: outcome for done, outcome in execute(jobs, 2, None)}
+    assert len(loaded) == 4
+    for name, outcome in here.items():
+        np.testing.assert_array_equal(outcome.result.path, there[name].result.path)
+        assert outcome.summary["feasible"]

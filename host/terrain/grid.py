@@ -149,8 +149,8 @@ class Terrain:
     def part(self, rows: slice, columns: slice) -> Terrain:
         """Return some rows and columns of the terrain, a copy in a frame of its own.
 
-        Its north is that of the whole terrain. It has the heights of the papers only if the whole
-        terrain has.
+        It has the north of the whole terrain, and the heights of the papers only if that one has
+        them.
         """
         origin = self.origin
         if self.crs is not None and origin is not None:

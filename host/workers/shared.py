@@ -19,7 +19,7 @@ def packed(task: object, shared: Sequence[object]) -> bytes:
 
 
 def unpacked(content: bytes, shared: Sequence[object]) -> Any:
-    """Return what :func:`packed` made bytes of; ``shared`` are the same objects or their copies."""
+    """Return a task from :func:`packed`; ``shared`` are the same objects or their copies."""
     return _Unpickler(io.BytesIO(content), shared).load()
 
 

@@ -139,7 +139,7 @@ def test_jobs_share_their_terrain(job, monkeypatch):
     jobs.append(job("filled", extra="", more="grid = false"))
     jobs[-1].values["fill_voids"] = True
     here = {done.name: outcome for done, outcome in execute(jobs, 1, None)}
-    assert len(loaded) == 2  # The other one has its voids filled.
+    assert len(loaded) == 2  # One of them has its voids filled.
     assert len({id(here[f"shared-{at}"].terrain) for at in range(4)}) == 1
     there = {done.name: outcome for done, outcome in execute(jobs, 2, None)}
     assert len(loaded) == 4

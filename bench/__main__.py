@@ -45,6 +45,7 @@ NAMES = {
     "uploads": "5,000 uploads with faults to the simulated autopilots; only if named",
     "first-minute": "commands on a warm machine: processor seconds, and the first line",
     "missions": "checks of missions of other programs: processor seconds by items",
+    "scale": "plans over large maps, among many zones, through via points: seconds, MB, F",
     "fpga": "area and routed clock on real devices; hours, so only if named",
 }
 

@@ -51,9 +51,9 @@ class Outcome:
     route_from: str | None
     seconds: float
 
-    def gain(self, column: str, over: Sequence[str]) -> float | None:
-        """Return by how much F of a column exceeds the best of others; None without either."""
-        other = max((self.fitness.get(name) or 0.0 for name in over), default=0.0)
+    def gain(self, column: str, rivals: Sequence[str]) -> float | None:
+        """Return by how much F of a column exceeds the best rival's; None without either."""
+        other = max((self.fitness.get(name) or 0.0 for name in rivals), default=0.0)
         own = self.fitness[column] or 0.0
         return own - other if own and other else None
 

@@ -79,7 +79,7 @@ class Routes:
         )
 
     def refine(self) -> None:
-        """Refine the best path so far (:func:`~pathgene.host.planners.chip.refinement.refined`).
+        """Refine the best known path (:func:`~pathgene.host.planners.chip.refinement.refined`).
 
         The time is the phase ``refinement``. A path is not refined unless it is feasible and no
         stop criterion other than the generations has ended the search.
@@ -92,7 +92,7 @@ class Routes:
         # It loads SciPy.
         from pathgene.host.planners.chip.refinement import refined
 
-        better = refined(run, path)
+        better = refined(run, path, evaluation.fitness)
         if self._is_of_chip(path):
             self._of_chip += better
 

@@ -30,10 +30,10 @@ _ADDED, _REMOVED = 0.15, 0.1
 _LEAST_TURN_RAD = 1e-3
 
 
-def refined(run: Run, path: Path) -> list[Path]:
+def refined(run: Run, path: Path, fitness: float) -> list[Path]:
     """Return better and better copies of a feasible path, each with a turn moved; maybe none.
 
-    A trial moves a turn of the best path so far, adds one at the middle of a segment, or removes
+    A trial moves a turn of the best known path, adds one at the middle of a segment, or removes
     one; more waypoints on the straight pieces and the lowest altitudes follow, as in
     :func:`pathgene.host.planners.chip.polish.polished`. The seed of the plan determines all trials.
     They end early with a stop criterion. Their time is the phase ``refinement``, apart from the
@@ -45,13 +45,14 @@ def refined(run: Run, path: Path) -> list[Path]:
         Evaluates the trials, which become candidates of the plan.
     path : (n, 3) float64, metres
         Start and goal included.
+    fitness : float
+        Its fitness.
     """
     problem = run.evaluator.problem
     rng, prices = np.random.default_rng(run.options.seed), Prices(problem)
     radius_m = problem.limits.turn_radius_m
     move_m = _MOVE * math.dist(problem.start[:2], problem.goal[:2])
     turns = _turns(path[:, :2])
-    best = float(run.fitness([path], strict=True)[0])
     found: list[Path] = []
     for _ in range(TRIALS):
         if run.stopped_by() not in (None, "generations") or run.out_of_time:
@@ -62,9 +63,9 @@ def refined(run: Run, path: Path) -> list[Path]:
             trial = lowest_altitudes(problem, prices, places)
         if trial is None:
             continue
-        fitness = float(run.fitness([trial], strict=True)[0])
-        if fitness > best:
-            best, turns = fitness, moved
+        value = float(run.fitness([trial], strict=True)[0])
+        if value > fitness:
+            fitness, turns = value, moved
             found.append(trial)
     return found
 

@@ -148,8 +148,10 @@ class Plan:
 
         On a board that is still open, ``ga-chip`` lets the chip draw the zones and continue from
         its population for a millisecond. If zones have appeared and zones have gone, the path
-        avoids both, which is faster; :meth:`finish` clears the removed zones. Any other problem is
-        planned again with the same options and the same fallback.
+        avoids both, which is faster; :meth:`finish` clears the removed zones. A further replan of
+        the same plan continues from the latest of its replans. Any other problem, and a plan whose
+        population another plan has replaced, is planned again with the same options and the same
+        fallback.
 
         Parameters
         ----------

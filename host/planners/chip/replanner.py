@@ -57,6 +57,9 @@ def replan_options(config: Config, seed: int, again: int = 0) -> RunOptions:
 class ChipReplanner:
     """Plans changed problems on a chip, from the population of the previous problem.
 
+    A further replan of the same plan continues from its latest replan, whose population the chip
+    has.
+
     The chip draws new zones on its map and runs for a millisecond, with an island of the earlier
     paths, without the waypoints before the start, and an island of new seeds. The host judges the
     paths by the strict rule. If none is feasible, it repairs the best and, after the first run, the
@@ -81,14 +84,26 @@ class ChipReplanner:
 
     def __init__(self, task: ProblemOnChip, to_free: Sequence[Zone] = ()) -> None:
         self._task, self._to_free = task, to_free
+        self._later: ChipReplanner | None = None
 
     @property
     def is_ready(self) -> bool:
-        """False once the board is closed or another run has replaced the population."""
-        return self._task.is_warm
+        """False once the board is closed or another plan's run has replaced the population."""
+        return self._latest._task.is_warm
+
+    @property
+    def _latest(self) -> ChipReplanner:
+        """The last of the replans that followed this one, whose population the chip has."""
+        if self._later is None:
+            return self
+        self._later = self._later._latest
+        return self._later
 
     def finish(self) -> None:
         """Clear removed zones and ``to_free``; the next replan repeats any part that failed."""
+        if self._latest is not self:
+            self._latest.finish()
+            return
         if self._to_free:
             problem = self._task.problem
             kept = tuple(zone for zone in problem.zones if zone not in self._to_free)
@@ -109,6 +124,7 @@ class ChipReplanner:
 
     def search(self, evaluator: Evaluator, options: Options) -> Result:
         """Search once, with a map on which zones with times are always active."""
+        before = self._latest
         run = Run(evaluator, options)
         problem = evaluator.problem
         # The straight line, which leaves the start along its heading like the chip's paths.
@@ -117,7 +133,7 @@ class ChipReplanner:
         run.record(0, run.fitness([straight], strict=True))
         try:
             with run.phase("map"):
-                task = self._task.changed(problem)
+                task = before._task.changed(problem)
             with run.search():
                 runs = ChipRuns(task, run, repairs=True)
                 runs.search(_runs(task, options.seed))
@@ -130,9 +146,10 @@ class ChipReplanner:
             return result
         to_free: list[Zone] = []
         if not result.evaluation.feasible:
-            before = self._task.problem.zones
-            to_free = [zone for zone in problem.zones if zone not in before]
-        return replace(result, replanner=ChipReplanner(task, to_free))
+            known = before._task.problem.zones
+            to_free = [zone for zone in problem.zones if zone not in known]
+        before._later = ChipReplanner(task, to_free)
+        return replace(result, replanner=before._later)
 
 
 class _Searches:

@@ -212,6 +212,36 @@ def test_a_zone_without_a_way_around_it_is_free_when_it_goes(
     assert (waits["commands"] < waits["after_zones"] + 30) is is_finished
 
 
+def test_a_second_replan_of_a_plan_continues_from_the_first(make_evaluator, board, search):
+    before = search.run(make_evaluator(rules=NO_MARGINS))
+    heights = model_of(board).checking.terrain.heights
+    first = before.replan(zones=[IN_THE_GAP])
+    second = before.replan(zones=[BEHIND])
+    assert all(run["warm"] for run in runs_of(second))
+    assert second.evaluation.feasible
+    assert second.evaluator.problem.zones == (*before.evaluator.problem.zones, BEHIND)
+    # The zone of the first replan is gone.
+    before.finish()
+    exact = CornerMap(board.config, second.evaluator.problem)
+    assert np.array_equal(heights, exact.corners(second.evaluator.problem.way))
+    # So does a replan of each plan, until another plan has the chip.
+    assert all(each.result.replanner.is_ready for each in (before, first, second))
+    assert all(run["warm"] for run in runs_of(first.replan(zones=[IN_THE_GAP])))
+    search.run(make_evaluator(rules=NO_MARGINS))
+    assert not any(each.result.replanner.is_ready for each in (before, first, second))
+    assert not any(run["warm"] for run in runs_of(before.replan())[:1])
+
+
+def test_a_host_waits_three_times_in_a_replan(make_evaluator, board, search):
+    before = search.run(make_evaluator(rules=NO_MARGINS))
+    exchanges = board.link.traffic.exchanges
+    after = before.replan(zones=[IN_THE_GAP, BEHIND], start=middle(before))
+    # For all commands up to RUN together, for the paths, and for STATUS after the paths.
+    (run,) = runs_of(after)
+    assert run["waits"]["exchanges"] == 3
+    assert board.link.traffic.exchanges - exchanges == 3 + run["looks"]
+
+
 def test_a_new_goal_and_another_wind_go_on_from_the_population(make_evaluator, search):
     plan = search.run(make_evaluator(rules=NO_MARGINS))
     goal = 0.5 * (plan.path[-1] + plan.path[-2])

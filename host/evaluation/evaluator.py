@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
@@ -21,7 +22,7 @@ from pathgene.host.evaluation.constants import (
 from pathgene.host.evaluation.fuel import level_range_m
 from pathgene.host.evaluation.geometry import smooth
 from pathgene.host.evaluation.problem_constants import constants_of
-from pathgene.host.evaluation.terms import Evaluation
+from pathgene.host.evaluation.terms import Evaluation, Late
 from pathgene.host.evaluation.track import SmoothedTrack
 from pathgene.host.machine import available_cores
 from pathgene.host.problem.problem import Problem
@@ -128,10 +129,6 @@ class Evaluator:
         nofly = self.problem.nofly_raster.ravel()
         return np.where(nofly, np.nan, self._ground[: len(nofly)])
 
-    @cached_property
-    def _has_voids(self) -> bool:
-        return bool(np.isnan(self.problem.terrain.elevation).any())
-
     @property
     def course(self) -> Course:
         """Rasters and constants for kernels that know no time.
@@ -206,7 +203,8 @@ class Evaluator:
             penalty == 0
             or self._population(path[None], np.array([len(path)]), self._course)[0, 0] == 0
         )
-        clearance_m, height_m, limits = rule.report(track)
+        # A replan passes its path on before anyone reads the report.
+        report = functools.cache(functools.partial(rule.report, track))
         fuel_left = range_left = None
         if problem.aircraft.fuel_weight_N is not None:
             fuel_left = problem.aircraft.fuel_weight_N - fuel
@@ -224,16 +222,16 @@ class Evaluator:
             distance_in_nofly_m=rule.metres_in_zones(track, zone) if zone else 0.0,
             distance_too_steep_m=steep,
             impossible_arcs=impossible,
-            void_crossed_m=self._void_m(self.track(path)) if self._has_voids else 0.0,
-            minimum_clearance_m=clearance_m,
+            void_crossed_m=self._void_m(self.track(path)) if rule.has_voids else 0.0,
+            minimum_clearance_m=Late(lambda: report()[0]),
             penalty_fine=penalty,
             clearance_m=problem.rules.clearance_m,
             distance_beyond_limits_m=beyond,
-            max_height_agl_m=height_m,
+            max_height_agl_m=Late(lambda: report()[1]),
             flight_time_s=track.time_s,
             fuel_left_N=fuel_left,
             range_left_m=range_left,
-            limits=limits,
+            limits=Late(lambda: report()[2]),
         )
 
     def _void_m(self, track: SmoothedTrack) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -47,6 +47,11 @@ class StrictRule:
     ----------
     constants : Constants
         Constants of the kernels for this problem.
+
+    Attributes
+    ----------
+    has_voids : bool
+        The terrain has a void.
     """
 
     def __init__(self, problem: Problem, constants: Constants) -> None:
@@ -55,7 +60,9 @@ class StrictRule:
         self._problem, self._rules = problem, rules
         # The rule reads only the terrain, and never by samples.
         self._constants = constants._replace(sampled=0, roofed=0)
-        self._surface = Surface(_ground(problem.terrain), self._constants)
+        ground = _ground(problem.terrain)
+        self.has_voids = ground.has_voids
+        self._surface = Surface(ground.heights, self._constants)
         self._demand = demand = problem.demand
         ends: tuple[float, ...] = ()
         for (x, y, _), height, slope in zip(
@@ -305,17 +312,24 @@ class StrictRule:
                 yield scored(limit.name, worst.value, worst.allowed, worst.at_m)
 
 
+class _Ground(NamedTuple):
+    """The flat raster of a terrain, very high at voids, and whether there is a void."""
+
+    heights: Floats
+    has_voids: bool
+
+
 # The ground of a terrain as the kernels take it: a changed problem has the same.
-_GROUNDS: WeakKeyDictionary[Terrain, Floats] = WeakKeyDictionary()
+_GROUNDS: WeakKeyDictionary[Terrain, _Ground] = WeakKeyDictionary()
 
 
-def _ground(terrain: Terrain) -> Floats:
-    """Return the flat raster of a terrain, very high at voids; do not write to it."""
+def _ground(terrain: Terrain) -> _Ground:
+    """Return the ground of a terrain; do not write to it."""
     ground = _GROUNDS.get(terrain)
     if ground is None:
-        heights = terrain.elevation
-        ground = np.where(np.isnan(heights), VOID_HEIGHT_M, heights).ravel()
-        _GROUNDS[terrain] = ground
+        voids = terrain.voids
+        heights = np.where(voids, VOID_HEIGHT_M, terrain.elevation).ravel()
+        ground = _GROUNDS[terrain] = _Ground(heights, bool(voids.any()))
     return ground
 
 

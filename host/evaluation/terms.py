@@ -3,10 +3,45 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar, cast
 
 
-__all__ = ["Evaluation"]
+__all__ = ["Evaluation", "Late"]
+
+T = TypeVar("T")
+
+
+@dataclasses.dataclass(frozen=True)
+class Late(Generic[T]):
+    """A value of an :class:`Evaluation` that is computed when it is first read."""
+
+    compute: Callable[[], T]
+
+
+class _LateField(Generic[T]):
+    """A field of a dataclass that takes a value or a :class:`Late` one, and returns the value."""
+
+    def __init__(self, *default: T) -> None:
+        self._default = default
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, instance: object | None, owner: type) -> T:
+        if instance is None:
+            # Here a dataclass asks for the default.
+            if not self._default:
+                raise AttributeError(self._name)
+            return self._default[0]
+        values = vars(instance)
+        value = values[self._name]
+        if isinstance(value, Late):
+            value = values[self._name] = value.compute()
+        return cast(T, value)
+
+    def __set__(self, instance: object, value: T | Late[T]) -> None:
+        vars(instance)[self._name] = value
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,22 +109,27 @@ class Evaluation:
     distance_too_steep_m: float
     impossible_arcs: int
     void_crossed_m: float
-    minimum_clearance_m: float
-    penalty_fine: float
+    minimum_clearance_m: _LateField[float] = _LateField()
+    penalty_fine: float  # type: ignore[misc]  # The field before it has no default.
     clearance_m: float | None = None
     distance_beyond_limits_m: float | None = None
-    max_height_agl_m: float | None = None
+    max_height_agl_m: _LateField[float | None] = _LateField(None)
     flight_time_s: float | None = None
     fuel_left_N: float | None = None
     range_left_m: float | None = None
-    limits: list[dict[str, Any]] | None = None
+    limits: _LateField[list[dict[str, Any]] | None] = _LateField(None)
 
     def to_dict(self) -> dict[str, Any]:
         """The terms as plain JSON values; ``as_paper`` omits the terms of the rules."""
         if self.limits is None:
             return {name: getattr(self, name) for name in _AS_PAPER}
         # Not `asdict`, which copies each value of thousands of zones.
-        return {**vars(self), "limits": [dict(limit) for limit in self.limits]}
+        terms = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return terms | {"limits": [dict(limit) for limit in self.limits]}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return all values, for a copy or another process."""
+        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
 
 _AS_PAPER = tuple(

@@ -261,6 +261,7 @@ class Run:
     def __post_init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self._archive: dict[bytes, tuple[float, Path]] = {}
+        self._is_strict = True
         self._best = -math.inf
         self._best_path: Path | None = None
         self._worst_kept = -math.inf
@@ -307,7 +308,7 @@ class Run:
                 fitness = self.evaluator.fitness_counted(padded, lengths, counted_m)
         self.evaluations += len(paths)
         if counted_m is None:
-            self.keep(paths, fitness)
+            self._keep_best(paths, fitness, is_strict=strict)
         return fitness
 
     def keep(self, paths: Iterable[Path], fitness: NDArray[np.float64]) -> None:
@@ -315,6 +316,12 @@ class Run:
 
         The caller must not change a path afterwards.
         """
+        self._keep_best(paths, fitness, is_strict=False)
+
+    def _keep_best(
+        self, paths: Iterable[Path], fitness: NDArray[np.float64], *, is_strict: bool
+    ) -> None:
+        self._is_strict &= is_strict
         for value, path in zip(fitness.tolist(), paths, strict=True):
             if value > self._best or (value > 1 and value > self._worst_kept):
                 self._keep(value, path)
@@ -388,6 +395,11 @@ class Run:
                 self.stop.heeded = True
 
     @property
+    def is_strict(self) -> bool:
+        """True if the strict rule has given all kept paths their fitness."""
+        return self._is_strict and not self.evaluator.problem.as_paper
+
+    @property
     def candidates(self) -> list[tuple[float, Path]]:
         """The kept paths with their fitness, best first."""
         return sorted(self._archive.values(), key=lambda kept: -kept[0])
@@ -397,7 +409,7 @@ class Run:
         reason = self.ended_by or self.stopped_by() or "generations"
         archive = self.candidates
         with self.phase("choice"):
-            path, evaluation = choose(self.evaluator, archive)
+            path, evaluation = choose(self.evaluator, archive, is_strict=self.is_strict)
         self.seconds["compiling"] = _compiling_s() - self._compiled_s
         self.seconds["total"] = time.perf_counter() - self._started
         return Result(
@@ -423,7 +435,9 @@ def _compiling_s() -> float:
     return compiling_s()
 
 
-def choose(evaluator: Evaluator, archive: Sequence[tuple[float, Path]]) -> tuple[Path, Evaluation]:
+def choose(
+    evaluator: Evaluator, archive: Sequence[tuple[float, Path]], *, is_strict: bool = False
+) -> tuple[Path, Evaluation]:
     """Return the best candidate that is feasible by the strict rule, or the best if none is.
 
     Strict means that the penalty is also 0 when sampled 8 times finer.
@@ -432,7 +446,12 @@ def choose(evaluator: Evaluator, archive: Sequence[tuple[float, Path]]) -> tuple
     ----------
     archive : sequence of (float, ndarray)
         Fitness and path of the candidates, best first; at least one.
+    is_strict : bool
+        Their fitness is by the strict rule, so the best candidate is the best feasible one.
     """
+    if is_strict:
+        path = archive[0][1]
+        return path, evaluator.evaluate(path)
     for first in range(0, len(archive), _CHOICE_BATCH):
         batch = [path for fitness, path in archive[first : first + _CHOICE_BATCH] if fitness > 1]
         if not batch:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 from pathgene.hdl.config import CheckerBuild, Config, GeneticCore, SurvivorSelection
 from pathgene.hdl.protocol.codec import VERSION
 from pathgene.hdl.protocol.codes import COUNTER_BITS, UNITS, Counter, LinkMode
@@ -117,6 +119,7 @@ def generate_request(config: Config, mode: LinkMode) -> Layout:
     return Layout((Field("mode", 8, "link mode", "Form of request and reply"), *order))
 
 
+@functools.lru_cache
 def map_request(config: Config) -> Layout:
     """Return the south-western cell and the size of a rectangle; the cells follow by rows."""
     return Layout(
@@ -227,6 +230,7 @@ def config_from_info(values: dict[str, int]) -> Config:
     )
 
 
+@functools.lru_cache
 def status_reply(config: Config) -> Layout:
     """Return the state, the eight latest states, the sticky errors, and the progress of the core.
 

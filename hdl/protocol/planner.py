@@ -5,8 +5,8 @@ Gateware, model and host read them here. The module is pure Python.
 
 from __future__ import annotations
 
-import dataclasses
 import enum
+import functools
 from dataclasses import dataclass
 
 from pathgene.hdl.config import Config
@@ -169,7 +169,7 @@ class ProblemRecord:
         half = 1 << BASE_BITS - 1
         if not -half <= self.base < half:
             raise ValueError(f"base must fit in {BASE_BITS} bits with its sign, not {self.base!r}")
-        values = dataclasses.asdict(self)
+        values = dict(vars(self))
         values["base"] %= 1 << BASE_BITS
         return problem_request(config).pack(**values)
 
@@ -273,6 +273,7 @@ class NoFlyShape:
         return cls(**values, edges=tuple((at, east, north) for at, east, north in edges))
 
 
+@functools.lru_cache
 def no_fly_request(config: Config) -> Layout:
     """Return the layout of a :class:`NoFlyShape`."""
     bits = config.coordinate_bits
@@ -302,6 +303,7 @@ def no_fly_request(config: Config) -> Layout:
     )
 
 
+@functools.lru_cache
 def problem_request(config: Config) -> Layout:
     """Return the layout of a :class:`ProblemRecord`."""
     position = config.coordinate_bits + POSITION_FRACTION

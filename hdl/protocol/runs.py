@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -203,6 +204,7 @@ class Outcome:
         return [PathClass(key >> VALUE_BITS) for key in self.keys]
 
 
+@functools.lru_cache
 def run_request(config: Config) -> Layout:
     """Return the fields of a RUN: :class:`RunOptions` without ``memo``, which is built in.
 

@@ -5,6 +5,7 @@ Source: Roberge and Tarbouchi, sections 3.1 and 3.2, equations (1) to (3).
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Iterator, Sequence
@@ -257,6 +258,7 @@ def line_utopia(problem: Problem, start: Point, stop: Point) -> Utopia:
     return utopia((x0, y0, z0), (x1, y1, z1), aircraft, problem.frame_wind, problem.cost_base_m)
 
 
+@functools.lru_cache(maxsize=1)
 def problem_utopia(problem: Problem) -> Utopia:
     """Return altitude, length and fuel that the costs of a problem are relative to.
 

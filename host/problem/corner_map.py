@@ -100,7 +100,7 @@ class CornerMap(ChipMap):
         columns: slice,
     ) -> None:
         x, y, altitude = self.nearest_corner(end)
-        beside_rows, beside_columns = self.around(end)
+        beside_rows, beside_columns = self._near(end, ease.corners)
         for v in range(max(beside_rows.start, rows.start), min(beside_rows.stop, rows.stop)):
             for u in range(
                 max(beside_columns.start, columns.start), min(beside_columns.stop, columns.stop)
@@ -112,18 +112,19 @@ class CornerMap(ChipMap):
                     continue
                 if (u, v) == (x, y):
                     top = altitude
-                elif max(abs(u - x), abs(v - y)) <= ease.corners:
+                else:
                     mean = float(four.mean())
                     top = max(altitude, math.ceil(mean + ease.share * (highest - mean)))
-                else:
-                    continue
                 corners[row, column] = min(int(corners[row, column]), top)
 
     def around(self, end: Point) -> tuple[slice, slice]:
         """Return rows and columns of the corners around an end that easing may lower."""
+        return self._near(end, max(ease.corners for ease in EASES.values()))
+
+    def _near(self, end: Point, far: int) -> tuple[slice, slice]:
+        """Return rows and columns of the corners up to ``far`` from an end in x and y."""
         x, y, _ = self.nearest_corner(end)
         columns, rows, _ = self.corner_limits
-        far = max(ease.corners for ease in EASES.values())
         return (
             slice(max(y - far, 0), min(y + far, rows) + 1),
             slice(max(x - far, 0), min(x + far, columns) + 1),

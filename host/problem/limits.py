@@ -7,6 +7,7 @@ wind, the engine and the stall limit them further.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -121,19 +122,30 @@ def pressure_on_wing(aircraft: Aircraft) -> float:
 
 def steady_thrust(aircraft: Aircraft, slope_rad: float, weight: float) -> float:
     """Return the thrust that holds a slope at a weight, newtons."""
+    return _thrust_on_slope(aircraft, weight)(slope_rad)
+
+
+def _thrust_on_slope(aircraft: Aircraft, weight: float) -> Callable[[float], float]:
+    """Return the function from a slope, radians, to the thrust that holds it, newtons."""
     area = pressure_on_wing(aircraft)
-    lift = weight * math.cos(slope_rad)
-    drag = area * aircraft.zero_lift_drag_coefficient
-    drag += aircraft.induced_drag_factor * lift**2 / area
-    return drag + weight * math.sin(slope_rad)
+    least_drag = area * aircraft.zero_lift_drag_coefficient
+    factor = aircraft.induced_drag_factor
+
+    def thrust(slope_rad: float) -> float:
+        lift = weight * math.cos(slope_rad)
+        drag = least_drag + factor * lift**2 / area
+        return drag + weight * math.sin(slope_rad)
+
+    return thrust
 
 
 def slope_of_thrust(aircraft: Aircraft, thrust: float, weight: float) -> tuple[float, float]:
     """Return bounds of the steepest slope that ``thrust`` holds at a weight, radians."""
     low, high = -0.5 * math.pi, 0.5 * math.pi
+    needed = _thrust_on_slope(aircraft, weight)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        held = steady_thrust(aircraft, middle, weight) <= thrust
+        held = needed(middle) <= thrust
         low, high = (middle, high) if held else (low, middle)
     return low, high
 

@@ -17,15 +17,18 @@ _MOST_BEND = (1 << BEND_BITS) - 1
 _MOST_FALL = (1 << EDGE_BITS - 1) - 1
 
 
-def no_fly_shape(grid: CornerMap, zone: Zone) -> NoFlyShape | None:
+def no_fly_shape(
+    grid: CornerMap, zone: Zone, inside: NDArray[np.bool_] | None = None
+) -> NoFlyShape | None:
     """Return a shape that contains every corner of ``grid`` with a neighbouring cell in ``zone``.
 
     The margin of the rules belongs to the zone; its heights and times are ignored. The shape is a
     disc for a circle, and for a polygon the convex hull of these corners, reduced to 8 edges if the
-    hull has more. It is None if there is no such corner.
+    hull has more. It is None if there is no such corner. ``inside`` are these corners in the part
+    :meth:`CornerMap.around_zone` of the map, if they are known.
     """
     rows, columns = grid.around_zone(zone)
-    y, x = np.nonzero(grid.beside(zone, rows, columns))
+    y, x = np.nonzero(grid.beside(zone, rows, columns) if inside is None else inside)
     if len(x) == 0:
         return None
     x, y = x + columns.start, y + rows.start

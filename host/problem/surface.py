@@ -211,13 +211,17 @@ def _floor(terrain: Terrain, demand: Demand, corridor_m: float, part: Part) -> F
         _Window(terrain, at, reach + 2 * half_diagonal, part)
         for at, reach in zip(demand.ends, _reaches_m(demand, half_diagonal), strict=True)
     ]
-    for window in windows:
+    # A part of the map seldom reaches an end.
+    near_ends = [
+        each
+        for each in zip(windows, demand.ends, demand.slopes, demand.heights_beside_m, strict=True)
+        if not each[0].is_empty
+    ]
+    for window, *_ in near_ends:
         required = demand.required_m(window.x, window.y, -half_diagonal, beside=True)
         floor[window.here] = highest[window.here] + required
     # At the ends a node requires no more than the aircraft can climb from there.
-    for window, (at_x, at_y, z), slope, height in zip(
-        windows, demand.ends, demand.slopes, demand.heights_beside_m, strict=True
-    ):
+    for window, (at_x, at_y, z), slope, height in near_ends:
         x, y = window.x, window.y
         there = floor[window.here]
         away = np.maximum(np.hypot(x - at_x, y - at_y) - half_diagonal, 0.0)
@@ -316,6 +320,11 @@ class _Window:
         )
         self.nodes = rows, columns
         self.here = (_moved_to(part[0], rows), _moved_to(part[1], columns))
+
+    @property
+    def is_empty(self) -> bool:
+        """True if the part has no such node."""
+        return any(nodes.start >= nodes.stop for nodes in self.nodes)
 
     @property
     def x(self) -> Floats:

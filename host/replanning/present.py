@@ -29,6 +29,8 @@ _PART_M = 50.0
 _POINT_M = 0.01
 #: Placeholder: costs are not evaluated here, and the line to a new goal may have no cost.
 _NO_COSTS = Utopia(1.0, 1.0, 1.0)
+#: Pieces as the kernels take them, and their times: see :func:`lay_pieces`.
+_Laid = tuple[Floats, Floats]
 
 
 class Present:
@@ -82,7 +84,8 @@ class Present:
 
     def is_safe(self, pieces: Sequence[Piece]) -> bool:
         """Return whether a track keeps clearance, ceilings and the margins of zones."""
-        return self.off_limits_m(pieces) == 0 and self.in_zones_m(pieces) == 0
+        laid = self._laid(pieces)
+        return self._off_limits_m(pieces, laid) == 0 and self._in_zones_m(laid) == 0
 
     def off_limits_m(self, pieces: Sequence[Piece], share: float = 1.0) -> float:
         """Return the metres of a track that are too low, too high or off the map.
@@ -90,12 +93,15 @@ class Present:
         Too low means below a ``share`` of the clearance, over the surface on both sides of the
         track within that share of the corridor.
         """
+        return self._off_limits_m(pieces, self._laid(pieces), share)
+
+    def _off_limits_m(self, pieces: Sequence[Piece], laid: _Laid, share: float = 1.0) -> float:
         if not all(_is_near(piece.start) for piece in pieces):
             return math.inf
         ceiling = self._bare.limits.ceiling_m
         if any(max(piece.start[2], piece.start[2] + piece.rise_m) > ceiling for piece in pieces):
             return math.inf
-        return self._rule(share).off_demand_m(self._laid(pieces)[0])
+        return self._rule(share).off_demand_m(laid[0])
 
     def in_zones_m(
         self, pieces: Sequence[Piece], *, margin: bool = True, among: Collection[int] | None = None
@@ -104,7 +110,12 @@ class Present:
 
         Only zones with numbers in ``among`` count; a place in two zones counts twice.
         """
-        rows, times = self._laid(pieces)
+        return self._in_zones_m(self._laid(pieces), margin=margin, among=among)
+
+    def _in_zones_m(
+        self, laid: _Laid, *, margin: bool = True, among: Collection[int] | None = None
+    ) -> float:
+        rows, times = laid
         return sum(
             zone_metres(rows, len(rows), times, packed)
             for number, packed in enumerate(self._packed[margin])
@@ -155,7 +166,7 @@ class Present:
             self._rules[share] = StrictRule(bare, constants)
         return self._rules[share]
 
-    def _laid(self, pieces: Sequence[Piece]) -> tuple[Floats, Floats]:
+    def _laid(self, pieces: Sequence[Piece]) -> _Laid:
         return lay_pieces(pieces, self._bare.aircraft.cruise_speed_m_s)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -47,7 +47,7 @@ class Segment:
         return self.layout.unpack(self.data)
 
 
-_REQUESTS = {
+_REQUESTS: dict[Command, Callable[[Config], Layout]] = {
     Command.START: start_request,
     Command.WRITE: write_request,
     Command.READ: read_request,
@@ -59,7 +59,7 @@ _REQUESTS = {
     Command.RUN: run_request,
     Command.BLOCK: no_fly_request,
 }
-_REPLIES = {
+_REPLIES: dict[Command, Callable[[Config], Layout]] = {
     Command.INFO: info_reply,
     Command.STATUS: status_reply,
     Command.COUNTERS: counters_reply,

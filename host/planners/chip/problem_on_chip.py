@@ -177,22 +177,24 @@ class ProblemOnChip:
         """Add a new zone."""
         limits = (zone.lower_m, zone.upper_m, zone.t0_s, zone.t1_s)
         rows, columns = self.grid.around_zone(zone)
+        inside = self.grid.beside(zone, rows, columns)
         if any(limit is not None for limit in limits):
-            inside = self.grid.beside(zone, rows, columns)
             exact = self.grid.corners_in(rows, columns, self._ends)
             self._corners[rows, columns][inside] = exact[inside]
             return
         # Loads SciPy.
         from pathgene.host.problem.no_fly_shape import no_fly_shape
 
-        shape = no_fly_shape(self.grid, zone)
+        shape = no_fly_shape(self.grid, zone, inside)
         if shape is None:
             return
         self._shapes.append(shape)
+        south, west = shape.first_y - rows.start, shape.first_x - columns.start
+        drawn = drawn_corners(shape)
+        height, width = drawn.shape
+        excess = drawn & ~inside[south : south + height, west : west + width]
         rows = slice(shape.first_y, shape.last_y + 1)
         columns = slice(shape.first_x, shape.last_x + 1)
-        drawn = drawn_corners(shape)
-        excess = drawn & ~self.grid.beside(zone, rows, columns)
         # The disc covers exactly the circle.
         keeps = zone.footprint.disc is not None or excess.sum() <= _MOST_EXCESS * drawn.sum()
         blocked = drawn if keeps else drawn & ~excess

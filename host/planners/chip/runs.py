@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -99,7 +98,7 @@ class ChipRuns:
                 "waypoints": [len(path) for path in best.paths],
                 "limit": options.cycles,
                 "looks": task.looks,
-                "waits": dataclasses.asdict(task.waits),
+                "waits": dict(vars(task.waits)),
                 "bytes": self._bytes_since(self._traffic_noted),
                 "repairs": 0,
             }

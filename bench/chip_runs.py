@@ -24,8 +24,8 @@ from pathgene.hdl.protocol.planner import BLOCKS
 from pathgene.hdl.protocol.runs import Outcome as RunOutcome
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.planners.base import choose
 from pathgene.host.planners.chip.problem_record import chip_ends, problem_record, whole_path
+from pathgene.host.planners.choice import choose
 from pathgene.host.problem.corner_map import CornerMap
 from pathgene.host.problem.rules import Rules
 from pathgene.sim.model.planner.run import plan

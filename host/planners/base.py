@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluation, Evaluator
 from pathgene.host.numeric import integer, real
+from pathgene.host.planners.choice import choose
 
 
 __all__ = [
@@ -26,7 +27,6 @@ __all__ = [
     "Result",
     "Run",
     "Stop",
-    "choose",
 ]
 
 Path = NDArray[np.float64]
@@ -34,7 +34,6 @@ Path = NDArray[np.float64]
 # Candidates kept for the final choice: if the best path grazes the ground between samples, hundreds
 # of nearly equal paths do so too.
 _ARCHIVE_SIZE = 4096
-_CHOICE_BATCH = 64
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,7 +168,8 @@ class Result:
     Parameters
     ----------
     path : ndarray
-        The path chosen by :func:`choose`, (n, 3) float64 metres, start and goal included.
+        The path that :func:`pathgene.host.planners.choice.choose` has chosen, (n, 3) float64
+        metres, start and goal included.
     history : list of [int, float, float]
         Generation, best fitness found, mean fitness of the population; starts at generation 0.
     generations, evaluations : int
@@ -261,7 +261,8 @@ class Run:
     def __post_init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self._archive: dict[bytes, tuple[float, Path]] = {}
-        self._is_strict = True
+        # The strict rule has judged all kept paths.
+        self._is_strict = not self.evaluator.problem.as_paper
         self._best = -math.inf
         self._best_path: Path | None = None
         self._worst_kept = -math.inf
@@ -308,7 +309,9 @@ class Run:
                 fitness = self.evaluator.fitness_counted(padded, lengths, counted_m)
         self.evaluations += len(paths)
         if counted_m is None:
-            self._keep_best(paths, fitness, is_strict=strict)
+            is_strict = self._is_strict and strict
+            self.keep(paths, fitness)
+            self._is_strict = is_strict
         return fitness
 
     def keep(self, paths: Iterable[Path], fitness: NDArray[np.float64]) -> None:
@@ -316,12 +319,7 @@ class Run:
 
         The caller must not change a path afterwards.
         """
-        self._keep_best(paths, fitness, is_strict=False)
-
-    def _keep_best(
-        self, paths: Iterable[Path], fitness: NDArray[np.float64], *, is_strict: bool
-    ) -> None:
-        self._is_strict &= is_strict
+        self._is_strict = False
         for value, path in zip(fitness.tolist(), paths, strict=True):
             if value > self._best or (value > 1 and value > self._worst_kept):
                 self._keep(value, path)
@@ -395,11 +393,6 @@ class Run:
                 self.stop.heeded = True
 
     @property
-    def is_strict(self) -> bool:
-        """True if the strict rule has given all kept paths their fitness."""
-        return self._is_strict and not self.evaluator.problem.as_paper
-
-    @property
     def candidates(self) -> list[tuple[float, Path]]:
         """The kept paths with their fitness, best first."""
         return sorted(self._archive.values(), key=lambda kept: -kept[0])
@@ -409,7 +402,11 @@ class Run:
         reason = self.ended_by or self.stopped_by() or "generations"
         archive = self.candidates
         with self.phase("choice"):
-            path, evaluation = choose(self.evaluator, archive, is_strict=self.is_strict)
+            path = archive[0][1]
+            if self._is_strict:
+                evaluation = self.evaluator.evaluate(path)
+            else:
+                path, evaluation = choose(self.evaluator, archive)
         self.seconds["compiling"] = _compiling_s() - self._compiled_s
         self.seconds["total"] = time.perf_counter() - self._started
         return Result(
@@ -433,37 +430,3 @@ def _compiling_s() -> float:
     from pathgene.jit import compiling_s
 
     return compiling_s()
-
-
-def choose(
-    evaluator: Evaluator, archive: Sequence[tuple[float, Path]], *, is_strict: bool = False
-) -> tuple[Path, Evaluation]:
-    """Return the best candidate that is feasible by the strict rule, or the best if none is.
-
-    Strict means that the penalty is also 0 when sampled 8 times finer.
-
-    Parameters
-    ----------
-    archive : sequence of (float, ndarray)
-        Fitness and path of the candidates, best first; at least one.
-    is_strict : bool
-        Their fitness is by the strict rule, so the best candidate is the best feasible one.
-    """
-    if is_strict:
-        path = archive[0][1]
-        return path, evaluator.evaluate(path)
-    for first in range(0, len(archive), _CHOICE_BATCH):
-        batch = [path for fitness, path in archive[first : first + _CHOICE_BATCH] if fitness > 1]
-        if not batch:
-            break
-        lengths = np.array([len(path) for path in batch], dtype=np.int64)
-        padded = np.zeros((len(batch), int(lengths.max()), 3))
-        for row, path in zip(padded, batch, strict=True):
-            row[: len(path)] = path
-        penalty, _ = evaluator.penalty_cost(padded, lengths, fine=True)
-        for path in (batch[i] for i in np.flatnonzero(penalty == 0)):
-            evaluation = evaluator.evaluate(path)
-            if evaluation.feasible:
-                return path, evaluation
-    path = archive[0][1]
-    return path, evaluator.evaluate(path)

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.evaluation import Evaluation
-from pathgene.host.planners.base import Options, Result, Run, choose
+from pathgene.host.planners.base import Options, Result, Run
+from pathgene.host.planners.choice import choose
 from pathgene.host.planners.registry import PLANNERS
 
 

@@ -10,7 +10,8 @@ from numba.core import event
 
 from pathgene.host.errors import InputError
 from pathgene.host.planners import base
-from pathgene.host.planners.base import Options, Run, Stop, choose
+from pathgene.host.planners.base import Options, Run, Stop
+from pathgene.host.planners.choice import choose
 from pathgene.host.planners.roulette import roulette
 from pathgene.jit import COMPILING
 

@@ -44,6 +44,20 @@ def test_claims_what_holds_on_held_out_ground():
     ) in readme()
 
 
+def test_claims_what_holds_on_generated_problems():
+    paper, safe = (table["rows"][-1] for table in kept("untuned"))
+    assert paper["kind"] == safe["kind"] == "all"
+    problems = int(paper["problems"]) + int(safe["problems"])
+    assert [int(row["below astar"]) for row in (paper, safe)] == [0, 0]
+    assert [int(row["not feasible"]) for row in (paper, safe)] == [0, 0]
+    text = " ".join(readme().split())
+    assert f"on [{problems} generated problems]" in text
+    assert (
+        f"none is below `astar`, and in paper mode {paper['below peers']} of {paper['problems']} "
+        "are below the best of four planners of OMPL"
+    ) in text
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_links_lead_to_files(page):
     """Sphinx checks the links between the pages of the site alone."""

@@ -112,8 +112,9 @@ def table(title: str, kinds: dict[str, list[Outcome]], has_peers: bool) -> Repor
         ),
         notes=[
             "Mean F of the problems that all columns solve. Not feasible: problems in which "
-            f"{_DEFAULT} has no feasible path. Below: problems whose F by {_DEFAULT}, with all "
-            "options at their defaults and seed 0, is below by more than 0.0001. Gain: mean of "
+            f"{_DEFAULT} has no feasible path, its fallbacks included. Below: problems whose F by "
+            f"{_DEFAULT}, with all options at their defaults and seed 0, is below by more than "
+            "0.0001. Gain: mean of "
             "its F less the best F of astar and the peers. Route of astar: problems whose "
             "reported path is its polished route. CPU seconds: mean of a plan by the default.",
             *(

@@ -51,7 +51,9 @@ def compile_host() -> None:
     for as_paper in (False, True):
         compile_evaluation(as_paper)
     for planner, options in _PLANNERS.items():
-        plan(_problem(Problem), planner=planner, seed=0, **options)
+        found = plan(_problem(Problem), planner=planner, seed=0, **options)
+        # The report on a path is computed when it is read.
+        str(found.evaluation)
     # Why there is no path.
     diagnose(_problem(Problem))
     # Faults of a mission, whose zones are judged one by one.

@@ -35,9 +35,9 @@ def refined(run: Run, path: Path, fitness: float) -> list[Path]:
 
     A trial moves a turn of the best known path, adds one at the middle of a segment, or removes
     one; more waypoints on the straight pieces and the lowest altitudes follow, as in
-    :func:`pathgene.host.planners.chip.polish.polished`. The seed of the plan determines all trials.
-    They end early with a stop criterion. Their time is the phase ``refinement``, apart from the
-    evaluation.
+    :func:`pathgene.host.planners.chip.polish.polished`. Next to an end with a heading, the turn
+    stays where it is. The seed of the plan determines all trials. They end early with a stop
+    criterion. Their time is the phase ``refinement``, apart from the evaluation.
 
     Parameters
     ----------
@@ -54,10 +54,15 @@ def refined(run: Run, path: Path, fitness: float) -> list[Path]:
     move_m = _MOVE * math.dist(problem.start[:2], problem.goal[:2])
     turns = _turns(path[:, :2])
     found: list[Path] = []
+    # The first turn after a heading lies straight ahead.
+    after, before = (int(heading is not None) for heading in problem.headings)
+    if len(turns) - after - before < 2:
+        return []
     for _ in range(TRIALS):
         if run.stopped_by() not in (None, "generations") or run.out_of_time:
             break
-        moved = _moved(rng, turns, move_m * float(rng.choice(_SCALES)))
+        span = slice(after, len(turns) - before)
+        moved = _moved(rng, turns, move_m * float(rng.choice(_SCALES)), span)
         with run.phase("refinement"):
             places = lengthened(moved, POLISHED_WAYPOINTS, radius_m)
             trial = lowest_altitudes(problem, prices, places)
@@ -79,14 +84,17 @@ def _turns(places: Floats) -> Floats:
     return kept
 
 
-def _moved(rng: np.random.Generator, turns: Floats, move_m: float) -> Floats:
-    """Return places of which one has moved, is new or is missing, (m, 2) metres."""
-    kind, count = rng.random(), len(turns) - 2
+def _moved(rng: np.random.Generator, turns: Floats, move_m: float, span: slice) -> Floats:
+    """Return places of which one has moved, is new or is missing, (m, 2) metres.
+
+    The places before ``span`` and after it stay, and so do its first and its last one.
+    """
+    kind, count = rng.random(), span.stop - span.start - 2
     move = move_m * rng.standard_normal(2)
-    if count == 0 or (kind < _ADDED and count < POLISHED_WAYPOINTS):
-        after = int(rng.integers(count + 1))
+    if count == 0 or (kind < _ADDED and len(turns) - 2 < POLISHED_WAYPOINTS):
+        after = span.start + int(rng.integers(count + 1))
         return np.insert(turns, after + 1, turns[after : after + 2].mean(axis=0) + move, axis=0)
-    which = 1 + int(rng.integers(count))
+    which = span.start + 1 + int(rng.integers(count))
     if kind < _ADDED + _REMOVED:
         return np.delete(turns, which, axis=0)
     moved = turns.copy()

@@ -222,10 +222,16 @@ def test_the_time_limit_ends_the_trials(evaluator, monkeypatch):
     assert result.evaluation.feasible
 
 
-def test_a_heading_is_kept(make_evaluator):
+@pytest.mark.parametrize("headings", [(40, 120), (40, None), (None, 120)])
+def test_the_turns_next_to_headings_stay(make_evaluator, headings):
+    start_deg, goal_deg = headings
     evaluator = make_evaluator(
-        rules=Rules(clearance_m=0), start_heading_deg=40, goal_heading_deg=120, zones=()
+        rules=Rules(clearance_m=0), start_heading_deg=start_deg, goal_heading_deg=goal_deg, zones=()
     )
     result = planned(evaluator, LONG)
     assert result.evaluation.feasible
     assert result.seconds["refinement"] > 0
+    for deg, leg in ((start_deg, result.path[:2]), (goal_deg, result.path[-2:])):
+        if deg is not None and result.hardware["route_from"] == "chip":
+            east, north = np.diff(leg[:, :2], axis=0)[0]
+            assert np.degrees(np.arctan2(east, north)) == pytest.approx(deg)

@@ -118,7 +118,7 @@ def run(options: Options) -> Report:
             "the process, both plans. Fractal ground with cells of 30 m in an uncompressed .npz of "
             "single precision, a flight of 11 km across its middle by the rules, and circles of "
             "40 to 280 m in a square of 14 km. No fallback; a mission plans its legs one after "
-            "another, and F is that of the whole. Code was compiled before.",
+            "another, and F is of the whole. Code was compiled before.",
         ],
     )
     with tempfile.TemporaryDirectory() as folder:

@@ -44,7 +44,7 @@ Path = NDArray[np.float64]
 # Steepness of the surface of each search, as a multiple of the climb limit; infinite for the ground
 # itself.
 _STEEPNESS = (2.5, 1.5, 1.0, math.inf)
-# Nodes on the longer side of a fine grid, most cells along a node, and the surfaces tried there.
+# Nodes on the longer side of a fine grid, cells along a node at most, and the surfaces tried there.
 _FINE_NODES, _MOST_CELLS = 256, 4
 _FINE_STEEPNESS = (1.5, 1.0)
 # Margin around voids and zones, in turn radii; the second if the first gives no feasible path.

@@ -25,7 +25,7 @@ __all__ = ["CLAIMED", "KINDS", "TUNING", "generated"]
 Floats = NDArray[np.float64]
 
 KINDS = ("fractal", "canyon", "river", "islands")
-#: Seeds for looking at while tuning, and seeds for claims, chosen after the code was final.
+#: Seeds for looking at while tuning, and seeds for claims, which nobody looks at while tuning.
 TUNING, CLAIMED = range(1_000, 1_025), range(20_261_130, 20_261_155)
 
 _AIRCRAFT = "silver-fox"

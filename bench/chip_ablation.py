@@ -45,7 +45,7 @@ CHANGES: dict[str, RunOptions | Config | Alteration] = {
     "three quarters of the time on islands": replace(_USUAL, share=12),
     "64 seeds for each route": replace(_USUAL, seeds=64),
     "up to 16 waypoints": CHIP.replace(max_waypoints=16),
-    "up to 24 waypoints": CHIP.replace(max_waypoints=24),
+    "up to 18 waypoints": CHIP.replace(max_waypoints=18),
     "altitudes of 11 bits": CHIP.replace(altitude_bits=11),
     "altitudes of 9 bits": CHIP.replace(altitude_bits=9),
     "4 lanes": CHIP.replace(lanes=4),
@@ -68,6 +68,12 @@ CHANGES: dict[str, RunOptions | Config | Alteration] = {
     ),
     "a steep segment counts a cell": Alteration(
         _PROTOCOL, "1 << POSITION_FRACTION - 2", "1 << POSITION_FRACTION"
+    ),
+    "routes over 32 x 32 blocks": Alteration(
+        _PROTOCOL, "BLOCKS, COARSE_BLOCKS = 64, 32", "BLOCKS, COARSE_BLOCKS = 32, 32"
+    ),
+    "no seeds at the turns": Alteration(
+        "pathgene.sim.model.planner.run", "if i == 0 and not is_straight:", "if False:"
     ),
     "seeds of up to 8 waypoints": Alteration(
         _PROTOCOL, "SEED_WAYPOINTS = 4, 16", "SEED_WAYPOINTS = 4, 8"

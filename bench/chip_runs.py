@@ -20,7 +20,6 @@ from bench.scenarios import SYNTHETIC, names, problem
 from pathgene.hdl.boards import find_board
 from pathgene.hdl.config import Config, GeneticCore
 from pathgene.hdl.protocol.codes import UNITS
-from pathgene.hdl.protocol.planner import BLOCKS
 from pathgene.hdl.protocol.runs import Outcome as RunOutcome
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.evaluation import Evaluator
@@ -35,7 +34,10 @@ from pathgene.sim.model.planner.run import plan
 CHIP = Config(core=GeneticCore.PLANNER)
 #: The chip of the board that is routed for that clock, and the URL of its model.
 BOARD_CHIP = find_board("ulx3s-85f", "planner").config
-BOARD_URL = f"model:?core=planner&altitude_bits={BOARD_CHIP.altitude_bits}"
+BOARD_URL = (
+    f"model:?core=planner&altitude_bits={BOARD_CHIP.altitude_bits}"
+    f"&max_waypoints={BOARD_CHIP.max_waypoints}"
+)
 
 
 @dataclass(frozen=True)
@@ -135,7 +137,7 @@ def _run(task: Task) -> Outcome:
     for options in task.runs:
         population = outcomes[-1].population if options.warm else None
         # The model scans all blocks before the first run, like the chip with a new map.
-        marked = 0 if outcomes else BLOCKS**2
+        marked = 0 if outcomes else None
         outcomes.append(plan(config, corners, record, options, population, marked=marked))
     seconds = time.process_time() - began
     archive: list[tuple[float, NDArray[np.float64]]] = []

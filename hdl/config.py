@@ -81,7 +81,7 @@ class Config:
         Number of mutators of each kind; each works on a different child.
     max_waypoints : int
         Transitional waypoints of the longest path, 3..64; the shortest has 2. By default 16, as in
-        *allaire-2008*, and 18 with the planner core.
+        *allaire-2008*, and 24 with the planner core.
     map_size : int
         Cells along each edge of the map, a power of two, 8..4096.
     coarse_factor : int
@@ -412,8 +412,8 @@ _CHOICES: dict[str, type[enum.StrEnum]] = {
 
 def _longest(core: object) -> int:
     """Return the default of ``max_waypoints``."""
-    # 108 paths of 18 waypoints fit into the block RAMs that 108 paths of 16 need.
-    return 18 if core == GeneticCore.PLANNER else 16
+    # A maze needs two waypoints for each of its walls.
+    return 24 if core == GeneticCore.PLANNER else 16
 
 
 def _is_power(value: int, low: int, high: int) -> bool:

@@ -44,7 +44,7 @@ _PLANNER = replace(
     platform=_PlannerPlatform,
     # 25 MHz to 81.25 MHz.
     pll=Ecp5Pll(feedback_divider=1, second_divider=26, output_divider=8),
-    sizes=_PAPER.sizes.replace(core=GeneticCore.PLANNER, altitude_bits=9),
+    sizes=_PAPER.sizes.replace(core=GeneticCore.PLANNER, altitude_bits=9, max_waypoints=18),
     seed=3,
     overrides={
         **PLANNER_OVERRIDES,

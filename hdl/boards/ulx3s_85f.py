@@ -48,9 +48,9 @@ _PAPER = Board(
 _PLANNER = replace(
     _PAPER,
     platform=_PlannerPlatform,
-    # The map takes 176 block RAMs; with altitudes of 12 bits it would take 192 of the 208, and the
-    # planner needs 24 more.
-    sizes=_SIZES.replace(core=GeneticCore.PLANNER, altitude_bits=11),
+    # The map takes 160 of the 208 block RAMs; with altitudes of 11 bits it would take 176, and with
+    # 24 waypoints the paths would take six more.
+    sizes=_SIZES.replace(core=GeneticCore.PLANNER, altitude_bits=10, max_waypoints=18),
     seed=1,
     overrides={
         **PLANNER_OVERRIDES,

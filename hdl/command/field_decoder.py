@@ -20,7 +20,13 @@ from pathgene.hdl.protocol.messages import (
     start_request,
     write_request,
 )
-from pathgene.hdl.protocol.planner import BLOCKS, SCALE_FRACTION, no_fly_request, problem_request
+from pathgene.hdl.protocol.planner import (
+    BLOCKS,
+    COARSE_BLOCKS,
+    SCALE_FRACTION,
+    no_fly_request,
+    problem_request,
+)
 from pathgene.hdl.protocol.runs import ISLANDS, LIFTS, RETURNED, run_request
 
 
@@ -390,7 +396,7 @@ class FieldDecoder(Unit):
     def _judge_problem(self, m):
         problem = self.problem
         # Maximum block size, with which 32 blocks along an edge cover the map.
-        most_shift = max(exact_log2(self.map_size) - exact_log2(BLOCKS), 0)
+        most_shift = max(exact_log2(self.map_size) - exact_log2(COARSE_BLOCKS), 0)
         shift = problem.block_shift[: most_shift.bit_length()]
         last_block = (problem.x_limit | problem.y_limit) >> shift
         return (

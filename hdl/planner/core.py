@@ -329,6 +329,7 @@ class PlannerCore(Unit):
             control.memo_busy.eq(evaluator.busy),
             control.seeds_busy.eq(seeds.busy),
             seeds.scan.eq(control.launch),
+            seeds.by_turns.eq(control.by_turns),
             seeds.launch.eq(control.find_route),
             seeds.limit.eq(control.slope),
             control.evaluator_idle.eq(evaluator.idle),

@@ -96,7 +96,7 @@ class PopulationMemory(Unit):
     margins of all its waypoints.
 
     A slot has a power of two of rows for its first waypoints; rows for the remaining waypoints
-    follow after the first rows of all slots. In this way 108 slots of 18 waypoints take 2,008 rows
+    follow after the first rows of all slots. In this way 108 slots of 24 waypoints take 2,912 rows
     instead of 3,456, 32 each.
 
     Each of the two memories has one write port and one read port, as in block RAMs: on an ECP5,

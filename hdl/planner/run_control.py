@@ -174,6 +174,9 @@ class RunControl(Unit):
         Pulse: find a route along ``slope``.
     slope : Out(SLOPE_BITS)
         Steady until the next route.
+    by_turns : Out(1)
+        Its seeds have their waypoints at its turns: the first island, unless the start is warm.
+        Steady like ``slope``.
     spreading : Out(1)
         Blocks are being scanned, or a route is being found.
     make_paths : Out(1)
@@ -225,6 +228,7 @@ class RunControl(Unit):
             "seeds_busy": In(1),
             "find_route": Out(1),
             "slope": Out(SLOPE_BITS),
+            "by_turns": Out(1),
             "spreading": Out(1),
             "make_paths": Out(1),
             "kind": Out(FirstPathKind),
@@ -269,6 +273,7 @@ class RunControl(Unit):
         m.d.comb += [
             limits.final.eq(is_final),
             limits.waits.eq(is_final & options.until_feasible & ~self.feasible),
+            self.by_turns.eq(~self.island.any() & ~options.warm),
             self.slope.eq(Mux(self.island.any() & ~options.warm, options.slope_1, options.slope_0)),
             self.count.eq(
                 Mux(self.kind == FirstPathKind.SEED, options.seeds, self.config.population)

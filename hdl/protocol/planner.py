@@ -18,6 +18,7 @@ __all__ = [
     "BASE_BITS",
     "BEND_BITS",
     "BLOCKS",
+    "COARSE_BLOCKS",
     "DRAG_FRACTION",
     "EDGES",
     "EDGE_BITS",
@@ -88,15 +89,17 @@ _TURN_STEPS = 64
 
 #: Width in a path's key of the cost of a feasible path, or of the penalty of an infeasible one.
 VALUE_BITS = 28
-#: Blocks along each edge of the wavefront's map.
-BLOCKS = 32
+#: Maximum blocks along each edge of the wavefront's map, and the number if as many are enough for
+#: the limits of a problem: a quarter of the blocks take a quarter of the cycles.
+BLOCKS, COARSE_BLOCKS = 64, 32
 #: Cost of a block from which no route leads to the goal: greater than the cost of any route.
 FAR = 1 << 30
 #: Sweeps over the blocks, forward and backward, after which both relaxations of the wavefront end.
 SWEEPS = 64
 #: Rows of the memo of segments.
 MEMO_ROWS = 512
-#: Minimum and maximum waypoints of a first path, limited by the longest path.
+#: Minimum and maximum waypoints of a first path whose waypoints are evenly spaced, limited by the
+#: longest path.
 SEED_WAYPOINTS = 4, 16
 
 #: Maximum edges of a shape that becomes blocked.
@@ -179,13 +182,19 @@ class ProblemRecord:
         Limits are on the map, a waypoint is below the blocked altitude, both scales are at most 1,
         and the blocks are no larger than the map needs but cover all corners within the limits.
         """
-        most_shift = max(config.coordinate_bits - (BLOCKS.bit_length() - 1), 0)
+        most_shift = max(config.coordinate_bits - (COARSE_BLOCKS.bit_length() - 1), 0)
         return (
             self.altitude_limit < config.blocked_altitude
             and max(self.x_scale, self.y_scale) <= 1 << SCALE_FRACTION
             and self.block_shift <= most_shift
             and max(self.x_limit, self.y_limit) >> self.block_shift < BLOCKS
         )
+
+    @property
+    def blocks(self) -> int:
+        """Blocks along each edge of the wavefront's map: 32 if they cover the limits, else 64."""
+        furthest = max(self.x_limit, self.y_limit) >> self.block_shift
+        return COARSE_BLOCKS if furthest < COARSE_BLOCKS else BLOCKS
 
     @classmethod
     def unpack(cls, config: Config, payload: bytes) -> ProblemRecord:
@@ -355,7 +364,8 @@ def problem_request(config: Config) -> Layout:
                 "block_shift",
                 4,
                 "0 … ⌈log₂ map_size⌉ − 5, or 0",
-                "Corners of a block, as a power of two",
+                "Corners of a block, as a power of two; 64 × 64 blocks if 32 × 32 do not reach the "
+                "limits",
             ),
             Field("has_entry", 1, "0, 1", "1: a point before the start fixes the heading there"),
             Field(

@@ -15,6 +15,7 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.protocol.codes import UNITS, Status
 from pathgene.hdl.protocol.planner import (
     BLOCKS,
+    COARSE_BLOCKS,
     VALUE_BITS,
     NoFlyShape,
     PathClass,
@@ -50,14 +51,15 @@ class BlockMarks:
 
     Attributes
     ----------
-    shift : int
-        The current block size: ``2**shift`` corners along each edge.
+    shift, edge : int
+        The current blocks: ``2**shift`` corners along each edge, and ``edge`` blocks along each
+        edge of the map.
     """
 
     def __init__(self) -> None:
-        self.shift = 0
+        self.shift, self.edge = 0, COARSE_BLOCKS
         self._marks = np.zeros((BLOCKS, BLOCKS), dtype=bool)
-        self._scanned_shift: int | None = None
+        self._scanned: tuple[int, int] | None = None
 
     def write(self, x: Corners, y: Corners) -> None:
         """Mark the blocks of corners.
@@ -69,18 +71,18 @@ class BlockMarks:
         """
         if x.size == 0 or y.size == 0:
             return
-        if self.shift != self._scanned_shift:
-            self._scanned_shift = None
+        if (self.shift, self.edge) != self._scanned:
+            self._scanned = None
         x, y = np.broadcast_arrays(x >> self.shift, y >> self.shift)
-        on_blocks = np.maximum(x, y) < BLOCKS
+        on_blocks = np.maximum(x, y) < self.edge
         self._marks[y[on_blocks], x[on_blocks]] = True
 
     def scan(self) -> int:
         """Return the number of blocks that a scan reads, and clear the marks."""
-        is_known = self._scanned_shift == self.shift
-        marked = int(self._marks.sum()) if is_known else self._marks.size
+        is_known = self._scanned == (self.shift, self.edge)
+        marked = int(self._marks.sum()) if is_known else self.edge**2
         self._marks[:] = False
-        self._scanned_shift = self.shift
+        self._scanned = self.shift, self.edge
         return marked
 
 
@@ -161,7 +163,7 @@ class RunningModel:
         expect(record.is_valid(self.config), Status.BAD_VALUE)
         if not repeated:
             self.record = record
-            self._marks.shift = record.block_shift
+            self._marks.shift, self._marks.edge = record.block_shift, record.blocks
             self._latest = dataclasses.replace(self.latest, paths=[], keys=[])
         return b""
 

@@ -1,10 +1,10 @@
 // seed_source_soak: feeds problems to a source of seeds and writes its findings.
 //
 // Standard input has jobs of 32-bit words: `load` (a new map follows), corners written, `scan`,
-// limit, paths, words of the random source, one of how many cycles words pause in (0: none), and spare; then the words of the problem and of the frame; the map's
+// limit, paths, words of the random source, one of how many cycles words pause in (0: none), and whether seeds are at turns; then the words of the problem and of the frame; the map's
 // corners; those to be written (x, y, altitude); and the random words. Standard output gets for each
-// job the cycles of the scan, of the launch and of all paths, passes, blocks of the route, waypoints,
-// words taken; then blocks of the map (two words each), surfaces, costs, the route, and waypoints (two words).
+// job the cycles of the scan, of the launch and of all paths, passes, blocks and turns of the route, waypoints,
+// words taken; then blocks of the map (two words each), surfaces, costs, the route, room for its turns, and waypoints (two words).
 
 #include <cstddef>
 #include <cstdint>
@@ -20,7 +20,7 @@
 #include "Vtop___024root.h"
 
 using Word = std::uint32_t;
-constexpr std::size_t BLOCKS = 1024;
+constexpr std::size_t BLOCKS = 4096;
 
 static std::vector<Word> output;
 
@@ -58,6 +58,7 @@ int main() {
         for (std::size_t i = 0; i < problem.size(); ++i) chip.problem[i] = problem[i];
         std::memcpy(&chip.frame, frame.data(), sizeof chip.frame);
         chip.limit = header[3];
+        chip.by_turns = header[7];
 
         const auto draws = [&] {
             random = random * 1664525 + 1013904223;
@@ -107,12 +108,13 @@ int main() {
         Word seeded = 0;
         for (Word i = 0; i < header[4]; ++i) seeded += run(chip.begin);
         for (int i = 0; i < 32; ++i) cycle();  // The last waypoints.
-        output = {scanned, ran, seeded, chip.passes, length, static_cast<Word>(waypoints.size()),
-                  static_cast<Word>(taken)};
+        output = {scanned, ran, seeded, chip.passes, length, static_cast<Word>(root->TURNS),
+                  static_cast<Word>(waypoints.size()), static_cast<Word>(taken)};
         for (std::size_t i = 0; i < BLOCKS; ++i) append(root->RECORDS[i]);
         for (std::size_t i = 0; i < BLOCKS; ++i) output.push_back(root->SURFACES[i]);
         for (std::size_t i = 0; i < BLOCKS; ++i) output.push_back(root->COSTS[i]);
         for (std::size_t i = 0; i < length; ++i) output.push_back(root->PLACES[i]);
+        for (std::size_t i = 0; i < MOST_TURNS; ++i) output.push_back(root->STORED_TURNS[i]);
         for (const auto each : waypoints) append(each);
         std::fwrite(output.data(), sizeof(Word), output.size(), stdout);
     }

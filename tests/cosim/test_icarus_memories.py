@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.planner.wavefront.wavefront import Wavefront
-from pathgene.hdl.protocol.planner import BLOCKS
+from pathgene.hdl.protocol.planner import BLOCKS, COARSE_BLOCKS
 from pathgene.hdl.verilog import convert
 from pathgene.sim.cache import BuildCache
 from pathgene.sim.icarus import build_icarus, with_zeros
@@ -20,21 +20,21 @@ from tests.support.planner.flight import problem_payload
 
 pytestmark = pytest.mark.cosim
 
-GOAL = 730
-#: All blocks are free; the altitude of block n is the lowest eight bits of 37 n.
+GOAL = 22 * BLOCKS + 26
+#: All blocks are free; the altitude of block n = 64 y + x is the lowest eight bits of 37 n.
 BENCH = """
 module bench;
     reg clk = 1'b0, rst = 1'b1, launch = 1'b0;
-    reg [9:0] number;
+    reg [11:0] number;
     reg [18:0] block;
-    wire [9:0] map_block;
+    wire [11:0] map_block;
     wire [8:0] passes;
     wire busy;
     integer cycle = 0, taken = 0;
     wavefront dut (
         .clk(clk), .rst(rst), .launch(launch), .busy(busy), .passes(passes), .problem(PROBLEM),
-        .map_block(map_block), .block(block), .limit(4'd0), .goal(10'dGOAL), .read_block(10'd0),
-        .before(8'd0), .after(8'd0)
+        .map_block(map_block), .block(block), .limit(4'd0), .fine(1'b0), .goal(12'dGOAL),
+        .read_block(12'd0), .before(8'd0), .after(8'd0)
     );
     always @(posedge clk) begin
         number <= map_block;
@@ -63,8 +63,10 @@ def test_a_wavefront_ends(icarus, tmp_path):
     distances, prices = np.zeros(3, dtype=np.int64), np.zeros(PRICES, dtype=np.int64)
     measure_distances(vector, distances)
     measure_prices(vector, sizes, distances, prices)
-    surface = (np.arange(BLOCKS**2) * 37 & 255).reshape(BLOCKS, BLOCKS)
-    expected = spread(prices, surface, GOAL, np.zeros_like(surface))
+    edge = COARSE_BLOCKS
+    surface = (np.arange(BLOCKS**2) * 37 & 255).reshape(BLOCKS, BLOCKS)[:edge, :edge].copy()
+    y, x = divmod(GOAL, BLOCKS)
+    expected = spread(prices, surface, y * edge + x, np.zeros_like(surface))
 
     bits = problem_payload(SMALL, problem)
     constant = f"{bits.shape().size}'d{bits.as_bits()}"
@@ -72,7 +74,7 @@ def test_a_wavefront_ends(icarus, tmp_path):
     text = convert(Wavefront(SMALL), "wavefront") + bench
     program = build_icarus(BuildCache(tmp_path), text, ["bench"])
     done = subprocess.run(["vvp", "-n", program], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == [str(expected), str(spreading(0, expected))]
+    assert done.stdout.split() == [str(expected), str(spreading(edge, 0, expected))]
 
 
 def test_every_memory_and_read_port_begins_with_zeros():

@@ -9,7 +9,7 @@ import pytest
 
 from pathgene.hdl.planner.layouts import frame_layout, problem_layout
 from pathgene.hdl.planner.wavefront.layouts import block_layout, found_layout, place_layout
-from pathgene.hdl.protocol.planner import BLOCKS, FAR, seed_waypoints
+from pathgene.hdl.protocol.planner import BLOCKS, FAR
 from pathgene.sim.cache import BuildCache, build_root
 from pathgene.sim.exported import exported_verilog
 from pathgene.sim.model.planner import run_cycles
@@ -36,6 +36,7 @@ class Job:
     written: np.ndarray
     limit: int
     paths: int
+    by_turns: bool
     pause: int
     marked: int
 
@@ -57,7 +58,7 @@ def packed(config, job, drawn):
     record = problem_layout(config)
     fields = words(record.const(vars(job.problem)).as_bits(), -(-record.size // 32))
     written = [(x, y, job.ground[y, x]) for x, y in job.written.tolist()]
-    head = [job.is_new, len(written), 1, job.limit, job.paths, len(drawn), job.pause, 0]
+    head = [job.is_new, len(written), 1, job.limit, job.paths, len(drawn), job.pause, job.by_turns]
     parts = [head, fields, frame_words(config, job.problem)]
     if job.is_new:
         parts.append(job.ground.ravel())
@@ -72,6 +73,7 @@ def program(config, folder):
         "SIZE": config.map_size,
         "LANES": config.lanes,
         "LATENCY": config.lookup_latency,
+        "MOST_TURNS": config.max_waypoints,
         "COORDINATE_BITS": config.coordinate_bits,
         "SET_CORNERS": "".join(
             f"chip.corners___05F{lane} = corners[{lane}];" for lane in range(config.lanes)
@@ -81,6 +83,8 @@ def program(config, folder):
         "SURFACES": inner + "wavefront__DOT__surfaces",
         "COSTS": inner + "wavefront__DOT__costs",
         "PLACES": inner + "route__DOT__places",
+        "TURNS": inner + "route__DOT__turns",
+        "STORED_TURNS": inner + "route__DOT__stored_turns",
     }
     text = MAIN.read_text()
     main = folder / "main.cpp"
@@ -115,7 +119,9 @@ def drawn_jobs(config, rng, maps, runs, most_shift):
                 heights[kinds == 0] = config.blocked_altitude
                 ground[corners[:, 1], corners[:, 0]] = heights
             marked = {
-                tuple(each) for each in (corners >> record.block_shift).tolist() if max(each) < 32
+                tuple(each)
+                for each in (corners >> record.block_shift).tolist()
+                if max(each) < record.blocks
             }
             jobs.append(
                 Job(
@@ -125,12 +131,18 @@ def drawn_jobs(config, rng, maps, runs, most_shift):
                     written=corners,
                     limit=int(rng.choice([0, 1, 3, 5, 15])),
                     paths=int(rng.integers(1, 40)),
+                    by_turns=bool(rng.integers(2)),
                     pause=int(rng.choice([0, 2, 4])),
-                    marked=len(marked) if record.block_shift == scanned else BLOCKS**2,
+                    marked=len(marked) if blocks_in(record) == scanned else record.blocks**2,
                 )
             )
-            scanned = record.block_shift
+            scanned = blocks_in(record)
     return jobs
+
+
+def blocks_in(record):
+    """Return the size of blocks and their number: another one marks all."""
+    return record.block_shift, record.blocks
 
 
 @dataclass
@@ -142,6 +154,7 @@ class Expected:
     passes: tuple
     field: dict
     route: list
+    turns: list
     paths: list
     words: list
 
@@ -154,25 +167,41 @@ def expected_of(config, job, rng):
     prices = wavefront.prices_of(config, job.problem, blocks.distances)
     field, passes = wavefront.spread(prices, blocks, surface)
     route = wavefront.descend(prices, blocks, surface, field)
+    turns = wavefront.turns_of(route) if blocks.start in field else []
+    follows = job.by_turns and config.MIN_WAYPOINTS <= len(turns) <= config.max_waypoints
     source = Words(rng)
     paths = [
-        seed_path(config, job.problem, blocks, surface, route, source) for _ in range(job.paths)
+        seed_path(config, job.problem, blocks, surface, route, source, turns if follows else ())
+        for _ in range(job.paths)
     ]
-    return Expected(blocks, surface, (limit_passes, passes), field, route, paths, source.taken)
+    passes = limit_passes, passes
+    return Expected(blocks, surface, passes, field, route, turns, paths, source.taken)
+
+
+def used(rows, edge):
+    """Return the rows of the blocks that the problem uses."""
+    rows = rows.reshape(BLOCKS, BLOCKS, *rows.shape[1:])[:edge, :edge]
+    return rows.reshape(edge * edge, *rows.shape[2:])
 
 
 def check(config, job, expected, raw):
     """Compare a job's words with the expected ones; return the remaining words."""
     z = config.altitude_bits
-    scanned, ran, seeded, passes, length, waypoints, taken = raw[:7].tolist()
-    raw = raw[7:]
-    sizes = 2 * BLOCKS**2, BLOCKS**2, BLOCKS**2, length, 2 * waypoints
-    records, surface, costs, places, points = np.split(raw[: sum(sizes)], np.cumsum(sizes)[:-1])
+    scanned, ran, seeded, passes, length, bends, waypoints, taken = raw[:8].tolist()
+    raw = raw[8:]
+    most = config.max_waypoints
+    sizes = 2 * BLOCKS**2, BLOCKS**2, BLOCKS**2, length, most, 2 * waypoints
+    records, surface, costs, places, turns, points = np.split(
+        raw[: sum(sizes)], np.cumsum(sizes)[:-1]
+    )
+    edge = job.problem.blocks
+    records = used(records.reshape(-1, 2), edge)
+    surface, costs = used(surface, edge), used(costs, edge)
 
     layout = block_layout(config.coordinate_bits, z)
-    found = [layout.from_bits(low | high << 32) for low, high in records.reshape(-1, 2).tolist()]
+    found = [layout.from_bits(low | high << 32) for low, high in records.tolist()]
     blocks, record = expected.blocks, job.problem
-    assert [(each.x, each.y) for each in found] == layer(blocks.lowest, None)
+    assert [(each.x, each.y) for each in found] == layer(blocks.lowest, None, edge)
     ends = {blocks.start, blocks.goal}
     for each, (place, lowest) in zip(
         found, sorted(blocks.lowest.items(), key=lambda item: item[0][::-1]), strict=True
@@ -182,14 +211,17 @@ def check(config, job, expected, raw):
         else:
             assert place not in blocks.least or place in ends
 
-    free = [altitude is not None for altitude in layer(expected.surface, None)]
+    free = [altitude is not None for altitude in layer(expected.surface, None, edge)]
     assert (surface & 1).tolist() == free
-    assert (surface >> 1).tolist() == layer(expected.surface, 0)
-    assert costs.tolist() == layer(expected.field, FAR)
+    assert (surface >> 1).tolist() == layer(expected.surface, 0, edge)
+    assert costs.tolist() == layer(expected.field, FAR, edge)
     assert passes == sum(expected.passes)
-    assert [place_layout.from_bits(bits) for bits in places.tolist()] == [
-        place_layout.const({"x": x, "y": y}) for x, y in expected.route
-    ]
+    assert bends == min(len(expected.turns), most + 1)
+    kept = turns[: min(bends, most)]
+    for found, blocks_of_route in ((places, expected.route), (kept, expected.turns[:most])):
+        assert [place_layout.from_bits(bits) for bits in found.tolist()] == [
+            place_layout.const({"x": x, "y": y}) for x, y in blocks_of_route
+        ]
     assert taken == len(expected.words)
     layout = found_layout(config.coordinate_bits, z)
     points = [layout.from_bits(low | high << 32) for low, high in points.reshape(-1, 2).tolist()]
@@ -200,13 +232,12 @@ def check(config, job, expected, raw):
     ]
 
     assert scanned == run_cycles.scanned(
-        job.marked, record.block_shift, config.lanes, config.lookup_latency
+        edge, job.marked, record.block_shift, config.lanes, config.lookup_latency
     )
     is_straight = blocks.start not in expected.field
-    assert ran == run_cycles.launched(*expected.passes, length, is_straight)
+    assert ran == run_cycles.launched(edge, *expected.passes, length, is_straight)
     if job.pause == 0:
-        _, longest = seed_waypoints(config.max_waypoints)
-        assert seeded == job.paths * run_cycles.seeded(longest)
+        assert seeded == sum(run_cycles.seeded(len(path)) for path in expected.paths)
     return raw[sum(sizes) :]
 
 
@@ -239,6 +270,9 @@ def test_matches_the_definition(tmp_path, config, maps, runs, most_shift):
     # Routes of both kinds are among them, and scans of a few blocks; one large map is too few.
     reached = [each.blocks.start in each.field for each in expected]
     if maps > 1:
+        assert any(
+            job.by_turns and len(each.turns) > 1 for job, each in zip(jobs, expected, strict=True)
+        )
         assert any(reached)
         assert not all(reached)
         assert any(0 < job.marked < 100 for job in jobs)

@@ -8,6 +8,7 @@ from amaranth.utils import exact_log2
 from pathgene.hdl.planner.layouts import corner_layout, row_layout
 from pathgene.hdl.planner.wavefront.layouts import (
     BLOCK_BITS,
+    COARSE_BITS,
     INDEX_BITS,
     block_layout,
     place_layout,
@@ -15,7 +16,7 @@ from pathgene.hdl.planner.wavefront.layouts import (
 )
 from pathgene.hdl.primitives.logic import delay_line
 from pathgene.hdl.primitives.unit import Count, PowerOfTwo, Unit, Width
-from pathgene.hdl.protocol.planner import BLOCKS
+from pathgene.hdl.protocol.planner import BLOCKS, COARSE_BLOCKS
 
 
 __all__ = ["BlockMap", "LowestCorner", "lowest_layout"]
@@ -98,14 +99,16 @@ class BlockMap(Unit):
     """Minimum ground and lowest corner of each block, rescanned where the map has changed.
 
     A write to the map marks its block. A scan reads the marked blocks, one row of ``lanes`` corners
-    per cycle, and skips unmarked blocks, one per cycle. If ``block_shift`` differs from the
-    previous scan, all blocks count as marked. ``busy`` is high for as many cycles as
+    per cycle, and skips unmarked blocks, one per cycle. If ``block_shift`` or ``fine`` differs from
+    the previous scan, all blocks count as marked. ``busy`` is high for as many cycles as
     :func:`pathgene.sim.model.planner.run_cycles.scanning` says. Equals ``least`` and ``lowest`` of
     :func:`pathgene.sim.model.planner.definition.wavefront.blocks_of`; corners beyond the map are
     blocked.
 
     Members
     -------
+    fine : In(1)
+        The map has 64 x 64 blocks; otherwise 32 x 32. Steady like ``block_shift``.
     block_shift : In
         A block has ``2**block_shift`` corners along each edge: at most a 32nd of the map's, or one.
         Steady during a scan and while blocks are read.
@@ -123,8 +126,8 @@ class BlockMap(Unit):
         Altitudes of the row.
     start_block, goal_block : Out(place_layout)
         Blocks of the ends.
-    number : In(10)
-        Block to read while not ``busy``: 32 y + x.
+    number : In(12)
+        Block to read while not ``busy``: 64 y + x.
     block : Out(block_layout)
         That block, 2 cycles later.
     """
@@ -139,6 +142,7 @@ class BlockMap(Unit):
         self.row_layout = row_layout(self.lanes, xy)
         self.block_layout = block_layout(xy, self.altitude_bits)
         return {
+            "fine": In(1),
             "block_shift": In(max(1, shift_limit(xy).bit_length())),
             "start": In(corner),
             "goal": In(corner),
@@ -157,24 +161,26 @@ class BlockMap(Unit):
         m = Module()
 
         most = shift_limit(self.coordinate_bits)
-        shift = self.block_shift
+        shift, fine = self.block_shift, self.fine
         m.submodules.tree = tree = LowestCorner(self.lanes, self.altitude_bits)
         behind = self.read_latency + tree.latency
         # Cycles from the number of the last block to its record in the memory.
         drain = behind + 2
 
-        # Marks, one word per row of blocks, valid for the block shift `scanned_shift`.
+        # Marks, one word per row of blocks, valid for the blocks of the previous scan.
         m.submodules.marks = marks = memory.Memory(shape=BLOCKS, depth=BLOCKS, init=[])
         mark_write, mark_read = marks.write_port(), marks.read_port(domain="comb")
-        scanned_shift, is_scanned = Signal.like(shift), Signal()
+        blocks = Cat(fine, shift)
+        scanned, is_scanned = Signal(len(blocks)), Signal()
         written = Signal(data.StructLayout({"valid": 1, "x": BLOCK_BITS, "y": BLOCK_BITS}))
-        beyond = ((self.write.x >> shift) | (self.write.y >> shift))[BLOCK_BITS:]
+        furthest = (self.write.x >> shift) | (self.write.y >> shift)
+        beyond = furthest[BLOCK_BITS:].any() | ~fine & furthest[COARSE_BITS:BLOCK_BITS].any()
         m.d.sync += [
-            written.valid.eq(self.write.valid & ~beyond.any()),
+            written.valid.eq(self.write.valid & ~beyond),
             written.x.eq(self.write.x >> shift),
             written.y.eq(self.write.y >> shift),
         ]
-        with m.If(self.write.valid & (shift != scanned_shift)):
+        with m.If(self.write.valid & (blocks != scanned)):
             m.d.sync += is_scanned.eq(0)
 
         # The scan: a row of blocks, a block of it, and a row of corners.
@@ -185,6 +191,7 @@ class BlockMap(Unit):
         # Steady long before a scan.
         last_y, final_group = Signal.like(corner_y), Signal.like(group)
         edge = (1 << shift)[: most + 1]
+        final = Mux(fine, BLOCKS - 1, COARSE_BLOCKS - 1)
         m.d.sync += [
             last_y.eq(edge - 1),
             final_group.eq((edge - 1) >> exact_log2(self.lanes)),
@@ -199,9 +206,9 @@ class BlockMap(Unit):
                     m.next = "OPEN"
             with m.State("OPEN"):
                 m.d.sync += [
-                    all_marked.eq(~is_scanned | (scanned_shift != shift)),
+                    all_marked.eq(~is_scanned | (scanned != blocks)),
                     is_scanned.eq(1),
-                    scanned_shift.eq(shift),
+                    scanned.eq(blocks),
                 ]
                 m.next = "ROW"
             with m.State("ROW"):
@@ -219,10 +226,10 @@ class BlockMap(Unit):
                     m.d.sync += [group.eq(0), corner_y.eq(corner_y + 1)]
                 with m.If(last | ~left[0]):
                     m.d.sync += [corner_y.eq(0), group.eq(0), left.eq(left >> 1), at.x.eq(at.x + 1)]
-                    with m.If(at.x == BLOCKS - 1):
-                        m.d.sync += at.y.eq(at.y + 1)
+                    with m.If(at.x == final):
+                        m.d.sync += [at.x.eq(0), at.y.eq(at.y + 1)]
                         m.next = "ROW"
-                        with m.If(at.y == BLOCKS - 1):
+                        with m.If(at.y == final):
                             m.next = "DRAIN"
             with m.State("DRAIN"):
                 m.d.sync += drained.eq(drained + 1)

@@ -1,11 +1,12 @@
 """Widths and payloads of the wavefront."""
 
-from amaranth import signed
+from amaranth import Cat, Const, Mux, signed
 from amaranth.lib import data
 
 from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     BLOCKS,
+    COARSE_BLOCKS,
     FAR,
     POSITION_FRACTION,
     VALUE_BITS,
@@ -15,11 +16,13 @@ from pathgene.hdl.protocol.planner import (
 __all__ = [
     "BLOCK_BITS",
     "CLIMB_SHIFT",
+    "COARSE_BITS",
     "COST_BITS",
     "FACTOR_BITS",
     "INDEX_BITS",
     "PART_BITS",
     "block_layout",
+    "by_rows",
     "distance_bits",
     "factor_fraction",
     "found_layout",
@@ -31,9 +34,11 @@ __all__ = [
 ]
 
 
-#: Width of a coordinate of a block, and of its index, 32 y + x.
+#: Width of a coordinate of a block, and of its index, 64 y + x.
 BLOCK_BITS = BLOCKS.bit_length() - 1
 INDEX_BITS = 2 * BLOCK_BITS
+#: The same on a map of 32 x 32 blocks.
+COARSE_BITS = COARSE_BLOCKS.bit_length() - 1
 #: Width of a cost, including the cost of a block without a route to the goal.
 COST_BITS = FAR.bit_length()
 #: Width of a factor of altitudes, the maximum of a multiplier cell.
@@ -47,7 +52,7 @@ PART_BITS = VALUE_BITS
 
 def shift_limit(coordinate_bits: int) -> int:
     """Return the maximum shift from a corner's coordinate to its block's."""
-    return max(coordinate_bits - BLOCK_BITS, 0)
+    return max(coordinate_bits - COARSE_BITS, 0)
 
 
 def distance_bits(coordinate_bits: int) -> int:
@@ -64,6 +69,19 @@ def least_unit(coordinate_bits: int, altitude_bits: int) -> int:
     """Return the minimum binary logarithm of a cost's unit with which every factor fits."""
     width = distance_bits(coordinate_bits) + ALTITUDE_FRACTION + factor_fraction(altitude_bits)
     return max(width - FACTOR_BITS, 0)
+
+
+def by_rows(number, fine):
+    """Return x and y of a block, given its number when blocks are counted by rows.
+
+    With ``fine`` a row has 64 blocks, otherwise 32. Higher bits of ``number`` do not count.
+    """
+    coarse = [number[i * COARSE_BITS : (i + 1) * COARSE_BITS] for i in range(2)]
+    whole = [number[i * BLOCK_BITS : (i + 1) * BLOCK_BITS] for i in range(2)]
+    x, y = (
+        Mux(fine, one, Cat(other, Const(0, 1))) for one, other in zip(whole, coarse, strict=True)
+    )
+    return x, y
 
 
 #: Position of a block.

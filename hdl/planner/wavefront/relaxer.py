@@ -10,15 +10,15 @@ from amaranth.lib import data, memory
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.planner.wavefront.layouts import (
-    BLOCK_BITS,
     COST_BITS,
     INDEX_BITS,
+    by_rows,
     step_constants_layout,
 )
 from pathgene.hdl.planner.wavefront.steps import StepPricer
 from pathgene.hdl.primitives.logic import delay_line
 from pathgene.hdl.primitives.unit import Unit, Width
-from pathgene.hdl.protocol.planner import BLOCKS
+from pathgene.hdl.protocol.planner import BLOCKS, COARSE_BLOCKS
 
 
 __all__ = ["Relaxer", "cost_write_layout", "surface_layout"]
@@ -29,6 +29,8 @@ _WAYS = (0, 2, 1, 2)
 #: The cycles, counted from a block's first, in which its costs are read and in which the new cost
 #: is written.
 _READ, _WRITTEN = StepPricer.latency + 2, StepPricer.latency + 8
+#: Cycles of a pass beside one for each block.
+_PIPELINE = _WRITTEN + 2
 
 #: Cost to write to a block.
 cost_write_layout = data.StructLayout({"valid": 1, "block": INDEX_BITS, "cost": COST_BITS})
@@ -42,8 +44,8 @@ def surface_layout(altitude_bits: int) -> data.StructLayout:
 class Relaxer(Unit):
     """Lowers the cost of each free block to the cost via a neighbour if that is lower.
 
-    A pass takes 1,024 cycles plus the cycles of the pipeline: ``busy`` is high for
-    :attr:`pass_cycles` - 1 cycles from the cycle after ``launch`` on. It goes over the blocks by
+    A pass takes a cycle for each block plus the cycles of the pipeline: ``busy`` is high for
+    :meth:`pass_cycles` - 1 cycles from the cycle after ``launch`` on. It goes over the blocks by
     rows, forwards or backwards; the neighbours of a block are the four that the pass has already
     visited. No cost of a block exceeds 2**30, the cost of a block without a route.
 
@@ -55,15 +57,17 @@ class Relaxer(Unit):
     -------
     launch : In(1)
         Pulse: begin a pass. Not while ``busy``.
+    fine : In(1)
+        The map has 64 x 64 blocks; otherwise 32 x 32. Steady from ``launch`` to the end.
     backwards : In(1)
         Direction of the pass. Steady from ``launch`` to the end of the pass.
     constants : In(step_constants_layout)
         Steady.
-    surface_block : Out(10)
+    surface_block : Out(12)
         Block to read from the surface.
     surface : In(surface_layout)
         That block, 2 cycles later.
-    cost_block : Out(10)
+    cost_block : Out(12)
         Block whose cost is read.
     cost : In(31)
         Its cost, 2 cycles later.
@@ -79,12 +83,15 @@ class Relaxer(Unit):
 
     altitude_bits: Width(1)
 
-    #: Cycles from one ``launch`` to the next.
-    pass_cycles = BLOCKS**2 + _WRITTEN + 2
+    @staticmethod
+    def pass_cycles(fine: bool) -> int:
+        """Return the cycles from one ``launch`` to the next."""
+        return (BLOCKS if fine else COARSE_BLOCKS) ** 2 + _PIPELINE
 
     def interface(self):
         return {
             "launch": In(1),
+            "fine": In(1),
             "backwards": In(1),
             "constants": In(step_constants_layout),
             "surface_block": Out(INDEX_BITS),
@@ -104,10 +111,15 @@ class Relaxer(Unit):
 
         # Number of the block in the pass, and the cycles that the pipeline takes after the last
         # block.
-        count = Signal(range(self.pass_cycles))
+        fine = self.fine
+        count = Signal(range(self.pass_cycles(fine=True)))
+        # Steady long before the end of a pass.
+        blocks = Mux(fine, BLOCKS**2, COARSE_BLOCKS**2)
+        final = delay_line(m, (blocks + _PIPELINE - 2)[: len(count)], 1, "final")
+        unwritten = delay_line(m, (blocks + _WRITTEN - 1)[: len(count)], 1, "unwritten")
         with m.If(self.busy):
             m.d.sync += count.eq(count + 1)
-            with m.If(count == self.pass_cycles - 2):
+            with m.If(count == final):
                 m.d.sync += self.busy.eq(0)
         with m.If(self.launch):
             m.d.sync += [self.busy.eq(1), count.eq(0)]
@@ -117,7 +129,8 @@ class Relaxer(Unit):
             return delay_line(m, value, 1, name)
 
         def block_of(number):
-            return number ^ self.backwards.replicate(INDEX_BITS)
+            x, y = by_rows(number ^ self.backwards.replicate(INDEX_BITS), fine)
+            return Cat(x, y)
 
         def later(cycles):
             """Return the number of the block that is ``cycles`` after its first cycle, 1 or more.
@@ -135,10 +148,10 @@ class Relaxer(Unit):
         costs = self._step_costs(m, later)
 
         # The previous row, starting at the north-east.
-        column = later(_READ - 1)[:BLOCK_BITS]
+        column = self._column(later(_READ - 1))
         done = Signal(COST_BITS, reset_less=True)
         written = later(_WRITTEN)
-        north_east = _ring(m, "upper_costs", done, written[:BLOCK_BITS], column)
+        north_east = _ring(m, "upper_costs", done, self._column(written), column)
         north = delay_line(m, north_east, 1, "north")
         north_west = delay_line(m, north, 1, "north_west")
 
@@ -163,8 +176,9 @@ class Relaxer(Unit):
         ahead, west = register(ahead, "ahead_held"), register(west, "west_held")
         m.d.sync += done.eq(Mux(done < below, done + west, ahead))
 
-        is_written = Signal()  # `count` stops at its end.
-        m.d.sync += is_written.eq((count >= _WRITTEN - 1) & (count < BLOCKS**2 + _WRITTEN - 1))
+        # Between passes `count` keeps its end, which a larger map has not passed.
+        is_written = Signal()
+        m.d.sync += is_written.eq(self.busy & (count >= _WRITTEN - 1) & (count < unwritten))
         m.d.comb += [
             self.write.valid.eq(is_written),
             self.write.block.eq(block_of(written)),
@@ -179,10 +193,14 @@ class Relaxer(Unit):
 
         return m
 
+    def _column(self, number):
+        """Return the column of a block, given its number in the pass."""
+        return by_rows(number, self.fine)[0]
+
     def _step_costs(self, m, later):
         """Return the costs of the steps to the four neighbours, in registers."""
         altitude = self.surface.altitude
-        column, next_column = later(2)[:BLOCK_BITS], later(1)[:BLOCK_BITS]
+        column, next_column = self._column(later(2)), self._column(later(1))
         north_east = _ring(m, "upper_altitudes", altitude, column, next_column)
         here = delay_line(m, altitude, 1, "altitude")
         north = delay_line(m, north_east, 1, "altitude_north")
@@ -193,8 +211,9 @@ class Relaxer(Unit):
         at = later(StepPricer.latency + 1)
         free = delay_line(m, self.surface.free, StepPricer.latency - 1, "free")
         leads = Signal(4, reset_less=True)
-        is_first, is_last = at[:BLOCK_BITS] == 0, at[:BLOCK_BITS].all()
-        upper = at[BLOCK_BITS:].any()
+        x, y = by_rows(at, self.fine)
+        is_first, upper = x == 0, y.any()
+        is_last = x == Mux(self.fine, BLOCKS - 1, COARSE_BLOCKS - 1)
         m.d.sync += leads.eq(
             Cat(~is_first, ~is_first & upper, upper, ~is_last & upper) & free.replicate(4)
             | (~self.busy).replicate(4)

@@ -7,10 +7,12 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.planner.layouts import corner_layout, frame_layout, problem_layout
 from pathgene.hdl.planner.wavefront.block_map import BlockMap
 from pathgene.hdl.planner.wavefront.layouts import (
+    COARSE_BITS,
     INDEX_BITS,
     block_layout,
     found_layout,
     place_layout,
+    shift_limit,
 )
 from pathgene.hdl.planner.wavefront.relaxer import surface_layout
 from pathgene.hdl.planner.wavefront.route import Route
@@ -32,10 +34,11 @@ _OFFSET_BITS = 16
 
 
 class Seeder(Unit):
-    """Makes paths of evenly spaced waypoints along the route, at random heights above the surface.
+    """Makes paths along the route, at random heights above the surface.
 
-    It takes a word of the random source in every cycle after ``launch``: one for the path, then one
-    for each waypoint of the longest seed. A waypoint follows its word by :attr:`latency` cycles.
+    The waypoints are evenly spaced, or at the turns of the route. It takes a word of the random
+    source in every cycle after ``launch``: one for the path, then one for each waypoint. A waypoint
+    follows its word by :attr:`latency` cycles.
     Equals ``seed_path`` of :mod:`pathgene.sim.model.planner.seeds`.
 
     Attributes
@@ -47,8 +50,14 @@ class Seeder(Unit):
     -------
     limits : In(corner_layout)
         Highest corner and altitude of a waypoint. Steady.
-    length : In(11)
+    length : In(13)
         Blocks of the route, 1 or more. Steady.
+    follows : In(1)
+        The waypoints are at the turns. Steady.
+    turns : In(range(max_waypoints + 1))
+        Number of turns, 2 or more with ``follows``. Steady.
+    block_shift : In
+        Corners along the edge of a block, as a power of two. Steady.
     launch : In(1)
         Pulse: make a path. Not while ``busy``.
     busy : Out(1)
@@ -59,11 +68,11 @@ class Seeder(Unit):
         A word is available.
     step : Out(1)
         The word is taken in this cycle. Only with ``word_ready``.
-    number : Out(10)
-        Number of a block of the route to read.
+    number : Out(12)
+        Number of a block of the route, or of a turn, to read.
     place : In(place_layout)
         That block, 2 cycles later.
-    read_block : Out(10)
+    read_block : Out(12)
         Block to read from map and surface.
     block : In(block_layout)
     surface : In(surface_layout)
@@ -83,6 +92,9 @@ class Seeder(Unit):
         return {
             "limits": In(corner_layout(xy, z)),
             "length": In(INDEX_BITS + 1),
+            "follows": In(1),
+            "turns": In(range(config.max_waypoints + 1)),
+            "block_shift": In(max(1, shift_limit(xy).bit_length())),
             "launch": In(1),
             "busy": Out(1),
             "word": In(_SHIFT.stop),
@@ -100,14 +112,17 @@ class Seeder(Unit):
         m = Module()
 
         config = self.config
-        fewest, longest = seed_waypoints(config.max_waypoints)
+        fewest, most = seed_waypoints(config.max_waypoints)
+        longest = config.max_waypoints
 
-        # Word 0 is for the path, each later word for a waypoint.
+        # Word 0 is for the path, each later word for a waypoint. The number of waypoints is known
+        # two cycles after word 0, soon enough for two waypoints.
         number = Signal(range(longest + 1))
+        count = Signal(range(longest + 1), init=Config.MIN_WAYPOINTS)
         m.d.comb += self.step.eq(self.busy & self.word_ready)
         with m.If(self.step):
             m.d.sync += number.eq(number + 1)
-            with m.If(number == longest):
+            with m.If(number == count):
                 m.d.sync += [number.eq(0), self.busy.eq(0)]
         with m.If(self.launch):
             m.d.sync += self.busy.eq(1)
@@ -122,19 +137,20 @@ class Seeder(Unit):
         ]
 
         # The path's word is read one cycle before its first waypoint arrives.
-        count = Signal(range(longest + 1), reset_less=True)
         phase = Signal(_PHASE_BITS, reset_less=True)
         shift = Signal(3, reset_less=True)
         with m.If(is_head):
             m.d.sync += [
-                count.eq(fewest + (word[_COUNT] * (longest - fewest + 1) >> 8)),
+                count.eq(
+                    Mux(
+                        self.follows,
+                        self.turns,
+                        fewest + (word[_COUNT] * (most - fewest + 1) >> 8),
+                    )
+                ),
                 phase.eq(word[_PHASE]),
                 shift.eq(word[_SHIFT]),
             ]
-
-        # Waypoints beyond the path's length are discarded.
-        keeps = Signal()
-        m.d.comb += keeps.eq(is_place & (index < count))
 
         # Position on the route, then its block, then the block's lowest corner and surface.
         along = Cat(phase, index)
@@ -152,25 +168,35 @@ class Seeder(Unit):
             offsets.second.eq(config.box_steps),
             divider.dividend.eq(scale.product),
             divider.divisor.eq(delay_line(m, count, 1, "divisor")),
-            self.number.eq(divider.quotient),
+            self.number.eq(
+                Mux(
+                    self.follows,
+                    delay_line(m, index, 1 + divider.latency, "turn"),
+                    divider.quotient,
+                )
+            ),
             self.read_block.eq(self.place),
         ]
         to_block = divider.latency + 2 + 2
         height = delay_line(m, offsets.product >> delay_line(m, shift, 1, "shift"), 1, "height")
         height = delay_line(m, height, to_block - 1, "above")
-        keeps_here = Signal(to_block + 3)
-        m.d.sync += keeps_here.eq(Cat(keeps, keeps_here))
+        is_here = Signal(to_block + 3)
+        m.d.sync += is_here.eq(Cat(is_place, is_here))
         last = delay_line(m, index == count - 1, to_block + 3, "last")
 
         limits = self.limits
+        half = (1 << self.block_shift) >> 1
         raised = delay_line(m, self.surface.altitude + height, 1, "raised")
         found = Signal(corner_layout(config.coordinate_bits, config.altitude_bits), reset_less=True)
         for axis in "xy":
-            corner = delay_line(m, self.block[axis], 1, f"corner_{axis}")
+            middle = (self.place[axis] << self.block_shift) | half
+            middle = delay_line(m, middle[: config.coordinate_bits], 2, f"middle_{axis}")
+            corner = Mux(self.follows, middle, self.block[axis])
+            corner = delay_line(m, corner, 1, f"corner_{axis}")
             m.d.sync += found[axis].eq(Mux(corner > limits[axis], limits[axis], corner))
         m.d.sync += found.altitude.eq(Mux(raised > limits.altitude, limits.altitude, raised))
         m.d.comb += [
-            self.found.valid.eq(keeps_here[-1]),
+            self.found.valid.eq(is_here[-1]),
             self.found.last.eq(last),
             *(self.found[axis].eq(found[axis]) for axis in ("x", "y", "altitude")),
         ]
@@ -203,6 +229,9 @@ class SeedSource(Unit):
     limit : In(4)
         Slope limit of the surface, in halves of the climb limit; 0 means none. Steady while
         ``busy``.
+    by_turns : In(1)
+        The waypoints are at the turns of the route if it has at least two and not more than a path
+        has waypoints. Steady, as ``limit``.
     begin : In(1)
         Pulse: make a path along the route. Not while ``busy``.
     busy : Out(1)
@@ -233,6 +262,7 @@ class SeedSource(Unit):
             "scan": In(1),
             "launch": In(1),
             "limit": In(LIMIT_BITS),
+            "by_turns": In(1),
             "begin": In(1),
             "busy": Out(1),
             "passes": self._wavefront.signature.members["passes"],
@@ -247,7 +277,7 @@ class SeedSource(Unit):
 
         m.submodules.blocks = blocks = self._blocks
         m.submodules.wavefront = wavefront = self._wavefront
-        m.submodules.route = route = Route(self.config.altitude_bits)
+        m.submodules.route = route = Route(self.config.altitude_bits, self.config.max_waypoints)
         m.submodules.seeder = seeder = self._seeder
 
         with m.FSM() as states:
@@ -277,7 +307,25 @@ class SeedSource(Unit):
         m.d.comb += self.busy.eq(~states.ongoing("IDLE"))
 
         problem = self.problem
+        # Both are steady long before they are used.
+        fine, follows = Signal(), Signal()
+        furthest = (problem.x_limit | problem.y_limit) >> problem.block_shift
+        m.d.sync += [
+            fine.eq(furthest[COARSE_BITS:].any()),
+            follows.eq(
+                self.by_turns
+                & (route.turns >= Config.MIN_WAYPOINTS)
+                & (route.turns <= self.config.max_waypoints)
+            ),
+        ]
         m.d.comb += [
+            blocks.fine.eq(fine),
+            wavefront.fine.eq(fine),
+            route.fine.eq(fine),
+            route.of_turns.eq(follows),
+            seeder.follows.eq(follows),
+            seeder.turns.eq(route.turns),
+            seeder.block_shift.eq(problem.block_shift),
             blocks.block_shift.eq(problem.block_shift),
             blocks.start.eq(self.frame.start),
             blocks.goal.eq(self.frame.goal),

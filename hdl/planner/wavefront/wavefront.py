@@ -6,12 +6,17 @@ from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.planner.layouts import problem_layout
-from pathgene.hdl.planner.wavefront.layouts import COST_BITS, INDEX_BITS, block_layout
+from pathgene.hdl.planner.wavefront.layouts import (
+    COST_BITS,
+    INDEX_BITS,
+    block_layout,
+    by_rows,
+)
 from pathgene.hdl.planner.wavefront.relaxer import Relaxer, surface_layout
 from pathgene.hdl.planner.wavefront.steps import LIMIT_BITS, StepConstants
 from pathgene.hdl.primitives.logic import delay_line
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
-from pathgene.hdl.protocol.planner import BLOCKS, FAR, SWEEPS
+from pathgene.hdl.protocol.planner import BLOCKS, COARSE_BLOCKS, FAR, SWEEPS
 
 
 __all__ = ["Wavefront"]
@@ -39,20 +44,22 @@ class Wavefront(Unit):
     -------
     problem : In(problem_layout)
         Steady.
+    fine : In(1)
+        The map has 64 x 64 blocks; otherwise 32 x 32. Steady.
     limit : In(4)
         Slope limit, in halves of the climb limit; 0 leaves the surface unchanged. Steady.
-    goal : In(10)
+    goal : In(12)
         Block of the goal. Steady.
     launch : In(1)
         Pulse: begin. Not while ``busy``.
     busy : Out(1)
     passes : Out(9)
         Passes since ``launch``.
-    map_block : Out(10)
+    map_block : Out(12)
         Block to read from the map of blocks.
     block : In(block_layout)
         That block, 2 cycles later.
-    read_block : In(10)
+    read_block : In(12)
         Block to read while not ``busy``.
     surface : Out(surface_layout)
     cost : Out(31)
@@ -65,8 +72,10 @@ class Wavefront(Unit):
 
     config: InstanceOf(Config)
 
-    #: Cycles to fill the memories once.
-    fill_cycles = BLOCKS**2 + 2
+    @staticmethod
+    def fill_cycles(fine: bool) -> int:
+        """Return the cycles to fill the memories once."""
+        return (BLOCKS if fine else COARSE_BLOCKS) ** 2 + 2
 
     def interface(self):
         config = self.config
@@ -75,6 +84,7 @@ class Wavefront(Unit):
         self.surface_layout = surface_layout(z)
         return {
             "problem": In(problem_layout(config)),
+            "fine": In(1),
             "limit": In(LIMIT_BITS),
             "goal": In(INDEX_BITS),
             "launch": In(1),
@@ -97,10 +107,11 @@ class Wavefront(Unit):
             self.problem.shape(), self.config.coordinate_bits, self.config.altitude_bits
         )
         m.submodules.relaxer = relaxer = Relaxer(self.config.altitude_bits)
-        assert constants.most_cycles < self.fill_cycles
+        assert constants.most_cycles < self.fill_cycles(fine=False)
         m.d.comb += [
             constants.problem.eq(self.problem),
             constants.limit.eq(self.limit),
+            relaxer.fine.eq(self.fine),
             relaxer.constants.eq(constants.constants),
             relaxer.before.eq(self.before),
             relaxer.after.eq(self.after),
@@ -108,10 +119,14 @@ class Wavefront(Unit):
         ]
 
         # Filling takes one cycle per block, and two for the last block to be read and written.
-        number = Signal(range(self.fill_cycles))
+        number = Signal(range(self.fill_cycles(fine=True)))
+        block = Cat(*by_rows(number, self.fine))
+        # Steady long before the end of a filling.
+        end = Mux(self.fine, BLOCKS**2, COARSE_BLOCKS**2) + 1
+        final = delay_line(m, end[: len(number)], 1, "final")
         passes = Signal(range(_PASSES + 1))
         first, unchanged, spreads = Signal(), Signal(), Signal()
-        filled = delay_line(m, number, 2, "filled")
+        filled = delay_line(m, block, 2, "filled")
         fills = Signal()
         m.d.comb += constants.falls.eq(~spreads)
         with m.FSM() as states:
@@ -123,7 +138,7 @@ class Wavefront(Unit):
             with m.State("FILL"):
                 m.d.comb += [fills.eq(number >= 2), constants.launch.eq(number == 0)]
                 m.d.sync += [number.eq(number + 1), first.eq(1), passes.eq(0)]
-                with m.If(number == self.fill_cycles - 1):
+                with m.If(number == final):
                     m.d.sync += number.eq(0)
                     m.next = "RELAX"
                     with m.If(~spreads & ~self.limit.any()):
@@ -159,14 +174,14 @@ class Wavefront(Unit):
         cost = Signal(COST_BITS, reset_less=True)
         m.d.sync += [surface.eq(surface_read.data), cost.eq(cost_read.data)]
         m.d.comb += [
-            self.map_block.eq(number),
+            self.map_block.eq(block),
             self.surface.eq(surface),
             self.cost.eq(cost),
             relaxer.surface.eq(surface),
             relaxer.cost.eq(cost),
         ]
         with m.If(states.ongoing("FILL")):
-            m.d.comb += [surface_read.addr.eq(number), cost_read.addr.eq(number)]
+            m.d.comb += [surface_read.addr.eq(block), cost_read.addr.eq(block)]
         with m.Elif(relaxer.busy):
             m.d.comb += [
                 surface_read.addr.eq(relaxer.surface_block),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import replace
@@ -130,22 +131,22 @@ class ChipGeneticPlanner:
             run = Run(evaluator, options, progress, stop)
             problem = evaluator.problem
             run.record(0, run.fitness([whole_path(problem, np.empty((0, 3)))]))
-            with run.phase("map"):
-                task = ProblemOnChip(chip, problem, grid)
-            runs, routes = ChipRuns(task, run, polishes=self.polishes), Routes(run)
             schedule = ChipSchedule(
                 config=chip.config,
                 seed=options.seed,
                 generations=options.generations,
                 chip_ms=_least_ms(self.chip_ms, options.time_limit_s),
             )
+            with run.phase("map"):
+                task = ProblemOnChip(chip, problem, grid, schedule.blocks)
+            runs, routes = ChipRuns(task, run, polishes=self.polishes), Routes(run)
             try:
                 with run.search():
                     is_over = runs.search(schedule.first(), schedule.further())
                     if not (is_over or grid.is_whole):
                         with run.phase("map"):
                             whole = CornerMap(chip.config, problem)
-                            task = ProblemOnChip(chip, problem, whole)
+                            task = ProblemOnChip(chip, problem, whole, schedule.blocks)
                         runs.move_to(task)
                         runs.search(schedule.first(), schedule.further())
                     if self.adds_astar:
@@ -159,6 +160,10 @@ class ChipGeneticPlanner:
             result = run.result()
             if result.hardware is not None:
                 result.hardware.update(routes.describe(result))
+            # A board that was opened here is closed now, without a changed problem.
+            if isinstance(self.board, Chip) and task.is_warm:
+                with contextlib.suppress(JobError):
+                    task.coarsen()
         if task.is_warm:
             result = replace(result, replanner=ChipReplanner(task))
         return result

@@ -9,13 +9,18 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from pathgene.hdl.protocol.planner import NoFlyShape
+from pathgene.hdl.protocol.planner import BLOCKS, COARSE_BLOCKS, NoFlyShape
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.device.chip import Chip
 from pathgene.host.device.chip_map import drawn_corners
 from pathgene.host.device.paths import unpack_waypoints
 from pathgene.host.device.runs import BestPaths, RunStatus
-from pathgene.host.planners.chip.problem_record import chip_ends, problem_record, whole_path
+from pathgene.host.planners.chip.problem_record import (
+    block_shift,
+    chip_ends,
+    problem_record,
+    whole_path,
+)
 from pathgene.host.problem.corner_map import EASES, CornerMap
 from pathgene.host.problem.leg_box import leg_box
 from pathgene.host.problem.problem import Problem
@@ -31,6 +36,8 @@ LINE_BITS = 10
 _LOOK_S, _LOOKS = 0.001, 100
 #: Minimum seconds between two progress reports of a run.
 _REPORT_S = 0.01
+#: Options of a run that only scans the map's blocks.
+_SCAN = RunOptions(generations=0, slopes=(), warm=True, paths=1)
 #: Share of the corners drawn for a zone that may lie outside the zone before they are cleared.
 _MOST_EXCESS = 0.05
 
@@ -92,6 +99,8 @@ class ProblemOnChip:
     ----------
     chip : Chip
         An open chip with the planner core.
+    blocks : int
+        Maximum blocks of the wavefront along each edge of the map: see :meth:`coarsen`.
 
     Attributes
     ----------
@@ -104,14 +113,14 @@ class ProblemOnChip:
         all ends after :meth:`ease`: a key of :data:`pathgene.host.problem.corner_map.EASES`.
     """
 
-    def __init__(self, chip: Chip, problem: Problem, grid: CornerMap) -> None:
-        self._set(chip, problem, grid)
+    def __init__(self, chip: Chip, problem: Problem, grid: CornerMap, blocks: int = BLOCKS) -> None:
+        self._set(chip, problem, grid, blocks)
         self._corners = grid.corners(self._ends)
 
-    def _set(self, chip: Chip, problem: Problem, grid: CornerMap) -> None:
+    def _set(self, chip: Chip, problem: Problem, grid: CornerMap, blocks: int) -> None:
         self.chip, self.problem, self.grid = chip, problem, grid
         self.eased = 0
-        self._record = problem_record(chip.config, problem, grid)
+        self._record = problem_record(chip.config, problem, grid, blocks)
         self._ends = chip_ends(problem)
         self._eases = dict.fromkeys(self._ends, 0)
         self._shapes: list[NoFlyShape] = []
@@ -138,15 +147,15 @@ class ProblemOnChip:
         a path that avoids both is safe and is found sooner. Elsewhere the chip keeps its map: the
         corners around an earlier end stay lowered, and corners around an unchanged end stay as the
         last :meth:`ease` left them. If an end does not lie on that map and its steps, the new
-        problem gets a new map of its own box, and its first run starts cold.
+        problem gets a new map of its own box, and its first run starts cold. Its blocks are coarse.
         """
         grid = self.grid.of_problem(problem)
         if grid is None:
             config = self.chip.config
             own = CornerMap(config, problem, leg_box(problem, config.map_size))
-            return ProblemOnChip(self.chip, problem, own)
+            return ProblemOnChip(self.chip, problem, own, COARSE_BLOCKS)
         other = ProblemOnChip.__new__(ProblemOnChip)
-        other._set(self.chip, problem, grid)
+        other._set(self.chip, problem, grid, COARSE_BLOCKS)
         other._eases |= {end: ease for end, ease in self._eases.items() if end in other._ends}
         other._corners = self._corners.copy()
         gone = [zone for zone in self.problem.zones if zone not in problem.zones]
@@ -224,6 +233,20 @@ class ProblemOnChip:
             if self._first is not None:
                 self._first[part] = self._corners[part]
         self._is_sent = False
+
+    def coarsen(self) -> None:
+        """Divide the map into 32 x 32 blocks, for changed problems.
+
+        A route over a quarter of the blocks takes a quarter of the cycles, which a changed problem
+        has not. All blocks are scanned now, in a run without generations from the population, so
+        that the first changed problem need not wait for that.
+        """
+        record = self._record
+        shift = block_shift(max(record.x_limit, record.y_limit) + 1, COARSE_BLOCKS)
+        if shift != record.block_shift:
+            self._record = dataclasses.replace(record, block_shift=shift)
+            self._is_sent = False
+            self.run(_SCAN, lambda status: False)
 
     def run(
         self, options: RunOptions, ends: Callable[[RunStatus], bool]

@@ -33,7 +33,7 @@ from pathgene.host.problem.problem import Problem
 from pathgene.host.terrain.surface import surface_below
 
 
-__all__ = ["chip_ends", "committed_points", "problem_record", "whole_path"]
+__all__ = ["block_shift", "chip_ends", "committed_points", "problem_record", "whole_path"]
 
 #: Distance of a committed point from its end, in turning radii: room for more than a right angle.
 _AHEAD_RADII = 1.1
@@ -46,7 +46,9 @@ _VALUE_SPAN = 8
 _DIRECTIONS = 64
 
 
-def problem_record(config: Config, problem: Problem, grid: CornerMap) -> ProblemRecord:
+def problem_record(
+    config: Config, problem: Problem, grid: CornerMap, blocks: int = BLOCKS
+) -> ProblemRecord:
     """Return the record of ``problem`` on the map ``grid``.
 
     Rounding always makes a limit stricter: slopes are rounded down, the radius up. In wind the
@@ -56,6 +58,12 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
 
     If a heading is given, the path on the chip begins at the committed point, and the start is its
     entry; the same holds for the goal and the exit. See :func:`committed_points`.
+
+    Parameters
+    ----------
+    blocks : int
+        Maximum blocks along each edge of the map, :data:`~pathgene.hdl.protocol.planner.BLOCKS` or
+        :data:`~pathgene.hdl.protocol.planner.COARSE_BLOCKS`.
 
     Raises
     ------
@@ -120,7 +128,7 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
         fuel=min(round(math.ldexp(fuel, fuel_shift)), (1 << FUEL_BITS) - 1),
         fuel_shift=min(fuel_shift, 31),
         key_shift=max(math.ceil(math.log2(2 * area * _VALUE_SPAN)) - VALUE_BITS, 0),
-        block_shift=_block_shift(max(x_limit, y_limit) + 1),
+        block_shift=block_shift(max(x_limit, y_limit) + 1, blocks),
         **({} if first is None else _end("entry", entry)),
         **({} if last is None else _end("exit", leave)),
     )
@@ -194,6 +202,14 @@ def _slope(tangent: float, parts_per_unit: float) -> int:
     return math.floor(min(tangent * parts_per_unit * (1 << SLOPE_FRACTION), (1 << SLOPE_BITS) - 1))
 
 
-def _block_shift(corners: int) -> int:
-    """Return the shift of the smallest block size for which 32 blocks cover ``corners`` corners."""
-    return max((corners - 1).bit_length() - (BLOCKS.bit_length() - 1), 0)
+def block_shift(corners: int, blocks: int) -> int:
+    """Return the shift of the smallest block size for which ``blocks`` cover ``corners`` corners.
+
+    Parameters
+    ----------
+    corners : int
+        Corners along each edge of the map.
+    blocks : int
+        Maximum blocks along each edge, a power of two.
+    """
+    return max((corners - 1).bit_length() - (blocks.bit_length() - 1), 0)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pathgene.hdl.config import Config
+from pathgene.hdl.protocol.planner import BLOCKS, COARSE_BLOCKS
 from pathgene.hdl.protocol.random_words import SEED_BITS
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.planners.chip.problem_on_chip import LINE_BITS, pause_s
@@ -40,6 +41,8 @@ _PART_GENERATIONS = 1_600
 _FURTHER_SLOPES = (0,), (3,)
 _FURTHER_SHARE = 10
 _UNLIMITED = (1 << 32) - 1
+#: Cycles of a run from which the first populations may cost the time of routes over fine blocks.
+_FINE_CYCLES = 300_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,6 +76,11 @@ class ChipSchedule:
             most = min(most, int(self.chip_ms // _PART_MS))
         return min(max(most, 1), _MOST_PARTS)
 
+    @property
+    def blocks(self) -> int:
+        """Blocks along each edge of the map over which routes are found: fewer in a short run."""
+        return COARSE_BLOCKS if self._cycles < _FINE_CYCLES else BLOCKS
+
     def first(self) -> list[RunOptions]:
         """Return the options of the runs from new seeds, in order, until one finds a path."""
         generations = self.generations // self.parts
@@ -96,6 +104,14 @@ class ChipSchedule:
             for part in range(1, self.parts)
         ]
 
+    @property
+    def _cycles(self) -> int:
+        """Maximum cycles of each run."""
+        if self.chip_ms is None:
+            return _UNLIMITED
+        whole = math.ceil(self.chip_ms * self.config.clock_hz / 1000)
+        return min(-(-whole // self.parts), _UNLIMITED)
+
     def _run(
         self,
         seeds_on: int,
@@ -105,13 +121,9 @@ class ChipSchedule:
         share: int = RunOptions.share,
         warm: bool = False,
     ) -> RunOptions:
-        cycles = _UNLIMITED
-        if self.chip_ms is not None:
-            whole = math.ceil(self.chip_ms * self.config.clock_hz / 1000)
-            cycles = min(-(-whole // self.parts), _UNLIMITED)
         return RunOptions(
             seed=(self.seed + seeds_on) % (1 << SEED_BITS),
-            cycles=cycles,
+            cycles=self._cycles,
             generations=min(generations, _UNLIMITED),
             give_up_rank=min(RunOptions.give_up_rank, self.config.population - 1),
             slopes=slopes,

@@ -184,17 +184,23 @@ class Route(NamedTuple):
 
     Parameters
     ----------
-    blocks : (3, BLOCKS, BLOCKS) int64
+    blocks : (3, edge, edge) int64
         Minimum ground of each block, and the x and y of a corner with that ground.
-    surface : (BLOCKS, BLOCKS) int64
+    surface : (edge, edge) int64
         Altitude of the surface along which the route leads.
-    places : (BLOCKS**2, 2) int64
+    places : (edge**2, 2) int64
         Blocks x, y of the route; only the first ``length`` count.
     length : int
         Blocks of the route.
+    turns : (max_waypoints + 1, 2) int64
+        Blocks x, y at which the route turns; only the first ``followed`` count.
+    followed : int
+        Number of turns that the seeds follow; 0 if they are evenly spaced.
     """
 
     blocks: Integers
     surface: Integers
     places: Integers
     length: int
+    turns: Integers
+    followed: int

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol.planner import BLOCKS, FAR, ProblemRecord
+from pathgene.hdl.protocol.planner import FAR, ProblemRecord
 from pathgene.hdl.protocol.runs import ISLANDS, Outcome, Population, RunOptions
 from pathgene.sim.model.compiled import allocating, compiled
 from pathgene.sim.model.planner import cycles
@@ -22,6 +22,7 @@ from pathgene.sim.model.planner.course import (
     ELITES,
     HAS_ENTRY,
     HAS_EXIT,
+    MAX_WAYPOINTS,
     POPULATION,
     SURVIVORS,
     Course,
@@ -45,6 +46,7 @@ from pathgene.sim.model.planner.wavefront import (
     LEAST,
     PRICES,
     descend,
+    find_turns,
     limit_slopes,
     measure_blocks,
     measure_distances,
@@ -65,6 +67,9 @@ __all__ = [
 #: Cycle of a stop that never happens: the counter of cycles ends before.
 NEVER = 1 << 32
 
+#: Minimum waypoints of a path.
+_FEWEST = Config.MIN_WAYPOINTS
+
 #: Places of the stop that another thread requests by writing 1, and of the progress that it reads.
 WATCHED_STOP, WATCHED_GENERATIONS, WATCHED_CYCLES = range(3)
 #: Their number.
@@ -84,7 +89,7 @@ def plan(
     options: RunOptions,
     population: Population | None = None,
     *,
-    marked: int = BLOCKS**2,
+    marked: int | None = None,
     stop: int = NEVER,
     watched: Integers | None = None,
 ) -> Outcome:
@@ -96,7 +101,7 @@ def plan(
         The highest of the four cells around each corner.
     population : list of list of (int, int, int), optional
         All paths of an earlier run, best first; only with ``options.warm``.
-    marked : int
+    marked : int, optional
         Number of map blocks that have changed since the previous run, by default all. It only
         affects cycles.
     stop : int
@@ -137,7 +142,9 @@ def plan(
         paths[0, slot, : len(rows), :3], points[0, slot] = rows, len(rows)
         dropped[slot] = len(path) - len(left)
     delays, counters = cycles.delays_vector(config), cycles.counters_vector()
-    spent = scanned(marked, record.block_shift, config.lanes, int(delays[cycles.ROW]))
+    edge = record.blocks
+    all_marked = edge * edge if marked is None else marked
+    spent = scanned(edge, all_marked, record.block_shift, config.lanes, int(delays[cycles.ROW]))
     cycles.spread(counters, spent, SCANNED)
     _run(
         Course(problem_vector(config, record), sizes_vector(config, options.memo), ground),
@@ -157,6 +164,7 @@ def plan(
         np.array(options.slopes, dtype=np.int64),
         np.array([*start, *goal], dtype=np.int64),
         dropped,
+        edge,
     )
     best: dict[int, list[tuple[int, int, int]]] = {}
     last = []
@@ -188,6 +196,7 @@ def _run(
     slopes: Integers,
     ends: Integers,
     dropped: Integers,
+    edge: int,
 ) -> None:
     """Execute the run; island 0 contains the population afterwards.
 
@@ -201,22 +210,25 @@ def _run(
         Slope limit of each seeded island.
     dropped : (population,) int64
         Number of waypoints that each path of a warm start has lost.
+    edge : int
+        Number of blocks along each edge of the wavefront's map.
     """
     problem, sizes, ground = course
     counters, delays = scratch.counters, scratch.delays
     paths, points, keys, order = islands
-    blocks = np.zeros((3, BLOCKS, BLOCKS), dtype=np.int64)
-    surface = np.zeros((BLOCKS, BLOCKS), dtype=np.int64)
-    field = np.zeros((BLOCKS, BLOCKS), dtype=np.int64)
-    route = np.zeros((BLOCKS * BLOCKS, 2), dtype=np.int64)
+    blocks = np.zeros((3, edge, edge), dtype=np.int64)
+    surface = np.zeros((edge, edge), dtype=np.int64)
+    field = np.zeros((edge, edge), dtype=np.int64)
+    route = np.zeros((edge * edge, 2), dtype=np.int64)
+    turns = np.zeros((sizes[MAX_WAYPOINTS] + 1, 2), dtype=np.int64)
     distances = np.zeros(3, dtype=np.int64)
     measure_distances(problem, distances)
     prices = np.zeros(PRICES, dtype=np.int64)
     measure_prices(problem, sizes, distances, prices)
     measure_blocks(problem, ground, sizes[BLOCKED], ends, blocks)
     shift = problem[BLOCK_SHIFT]
-    start = (ends[1] >> shift) * BLOCKS + (ends[0] >> shift)
-    goal = (ends[4] >> shift) * BLOCKS + (ends[3] >> shift)
+    start = (ends[1] >> shift) * edge + (ends[0] >> shift)
+    goal = (ends[4] >> shift) * edge + (ends[3] >> shift)
 
     population, count = sizes[POPULATION], len(paths)
     warm = count - len(slopes)
@@ -235,10 +247,16 @@ def _run(
             limit_passes = limit_slopes(problem, distances, surface, slope)
         passes = spread(prices, surface, goal, field)
         length = descend(prices, surface, field, start, goal, route)
-        is_straight = field[start // BLOCKS, start % BLOCKS] == FAR
-        spent = launched(limit_passes, passes, length, is_straight)
+        is_straight = field[start // edge, start % edge] == FAR
+        spent = launched(edge, limit_passes, passes, length, is_straight)
         cycles.spread(counters, spent, ROUTED)
-        way = Route(blocks, surface, route, length)
+        # The first island of a cold run goes around obstacles, the second one along valleys.
+        followed = 0
+        if i == 0 and not is_straight:
+            followed = find_turns(route, length, turns)
+            if followed < _FEWEST or followed > sizes[MAX_WAYPOINTS]:
+                followed = 0
+        way = Route(blocks, surface, route, length, turns, followed)
         for seed in range(options[_SEEDS]):
             # The slot of the worst path, except for the first seeds, which have their own.
             slot = seed if seed <= population else order[i, population]

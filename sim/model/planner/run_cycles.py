@@ -3,13 +3,11 @@
 The scan of the blocks begins in cycle 0. The random source and the memo are ready long before the
 scan ends. A unit of the wavefront takes the cycles in which it is ``busy``. All first paths are
 made one by one: each begins when the goal of the previous one is taken, the first when they are
-launched. The words of a seed, at most 17, have been taken by then: its first point is not offered
-earlier.
+launched. The words of a seed have been taken before its last point is offered.
 """
 
 from __future__ import annotations
 
-from pathgene.hdl.protocol.planner import BLOCKS
 from pathgene.sim.model.compiled import inlined
 
 
@@ -21,7 +19,6 @@ __all__ = [
     "MEMBER",
     "MERGED",
     "NEXT_ISLAND",
-    "PASS",
     "POPULATION",
     "ROUTED",
     "SCANNED",
@@ -31,6 +28,7 @@ __all__ = [
     "WAYPOINT",
     "launched",
     "member_offered",
+    "passing",
     "routing",
     "scanned",
     "scanning",
@@ -41,29 +39,35 @@ __all__ = [
 ]
 
 
-#: Cycles of a pass over the blocks: one cycle per block, plus the pipeline.
-PASS = BLOCKS**2 + 15
-#: Cycles to fill the memories of surface and costs.
-_FILL = BLOCKS**2 + 2
+#: Cycles of the pipeline of a pass over the blocks, and of the memories of surface and costs.
+_PASS, _FILL = 15, 2
 #: Cycles for a block of a route, and for a straight line.
 _ROUTE_STEP, _STRAIGHT = 20, 4 + 64
 #: Cycles from the word of a waypoint of a seed to the waypoint.
-WAYPOINT = 18
+WAYPOINT = 20
 
 
-def scanning(marked: int, shift: int, lanes: int, latency: int) -> int:
+def scanning(edge: int, marked: int, shift: int, lanes: int, latency: int) -> int:
     """Return the cycles of a scan of ``marked`` blocks of ``2**shift`` corners along each edge.
 
-    ``latency`` is the latency of the map's memory.
+    ``edge`` is the number of blocks along each edge of the map, ``latency`` the latency of the
+    map's memory.
     """
     rows = max(1, (1 << shift) // lanes) << shift
-    return BLOCKS**2 + marked * (rows - 1) + BLOCKS + latency + lanes.bit_length() + 3
+    return edge * edge + marked * (rows - 1) + edge + latency + lanes.bit_length() + 3
 
 
 @inlined
-def spreading(limit_passes: int, passes: int) -> int:
+def passing(edge: int) -> int:
+    """Return the cycles of a pass over ``edge**2`` blocks."""
+    return edge * edge + _PASS
+
+
+@inlined
+def spreading(edge: int, limit_passes: int, passes: int) -> int:
     """Return the cycles of a wavefront; ``limit_passes`` is 0 if slopes are not limited."""
-    return 2 * _FILL + (limit_passes + passes) * PASS + 1 + (limit_passes > 0)
+    fill = edge * edge + _FILL
+    return 2 * fill + (limit_passes + passes) * passing(edge) + 1 + (limit_passes > 0)
 
 
 @inlined
@@ -73,29 +77,26 @@ def routing(blocks: int, is_straight: bool) -> int:
 
 
 @inlined
-def seeding(longest: int) -> int:
-    """Return the cycles in which the words of a path are taken, if one is always available.
-
-    ``longest`` is the maximum number of waypoints of a seed.
-    """
-    return longest + 1
+def seeding(waypoints: int) -> int:
+    """Return the cycles in which the words of a path are taken, if one is always available."""
+    return waypoints + 1
 
 
-def scanned(marked: int, shift: int, lanes: int, latency: int) -> int:
+def scanned(edge: int, marked: int, shift: int, lanes: int, latency: int) -> int:
     """Return the cycles in which the source of seeds is busy with a scan: see :func:`scanning`."""
-    return scanning(marked, shift, lanes, latency) + 1
+    return scanning(edge, marked, shift, lanes, latency) + 1
 
 
 @inlined
-def launched(limit_passes: int, passes: int, blocks: int, is_straight: bool) -> int:
+def launched(edge: int, limit_passes: int, passes: int, blocks: int, is_straight: bool) -> int:
     """Return the cycles of a wavefront and its route: see :func:`spreading` and :func:`routing`."""
-    return spreading(limit_passes, passes) + routing(blocks, is_straight) + 2
+    return spreading(edge, limit_passes, passes) + routing(blocks, is_straight) + 2
 
 
 @inlined
-def seeded(longest: int) -> int:
+def seeded(waypoints: int) -> int:
     """Return the cycles of a path: see :func:`seeding`."""
-    return seeding(longest) + 1
+    return seeding(waypoints) + 1
 
 
 #: Cycles from the launch, or from the goal of the previous path, to the offer of a member's first

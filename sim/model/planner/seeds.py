@@ -10,6 +10,7 @@ from pathgene.sim.model.compiled import compiled
 from pathgene.sim.model.planner.breeder import clamp
 from pathgene.sim.model.planner.course import (
     ALTITUDE_LIMIT,
+    BLOCK_SHIFT,
     BOX_STEPS,
     MAX_WAYPOINTS,
     X_LIMIT,
@@ -37,31 +38,36 @@ def seed_path(
     words: Words,
     path: Integers,
 ) -> int:
-    """Write a path of evenly spaced waypoints along ``route``; return its number of points.
+    """Write a path along ``route``; return its number of points.
 
-    Their number and the place of the first are random. Each waypoint is on the lowest corner of its
-    block, at a random height above the surface: uniform within the mutation box, shifted right by 0
-    to 7 for the whole path. The source advances by one step, and one more for each waypoint of the
-    longest seed.
+    Its waypoints are at the centres of the blocks at which the route turns, if the seeds follow
+    them. Otherwise they are evenly spaced, each on the lowest corner of its block; their number and
+    the place of the first are random. Each has a random height above the surface: uniform within
+    the mutation box, shifted right by 0 to 7 for the whole path. The source advances by one step,
+    and one more for each waypoint.
     """
     problem, sizes = course.problem, course.sizes
-    blocks, surface, places, length = route
+    blocks, surface, places, length, turns, followed = route
     fewest, most = min(_FEWEST, sizes[MAX_WAYPOINTS]), min(_MOST, sizes[MAX_WAYPOINTS])
     step(words)
-    count = fewest + draw(words, 0, 0, 8, most - fewest + 1)
+    count = followed or fewest + draw(words, 0, 0, 8, most - fewest + 1)
     phase, shift = field(words, 0, 8, 8), field(words, 0, 16, 3)
     for axis in range(3):
         path[0, axis], path[count + 1, axis] = ends[axis], ends[3 + axis]
     path[0, 3] = path[count + 1, 3] = 0
-    for i in range(most):
+    edge = 1 << problem[BLOCK_SHIFT]
+    for i in range(count):
         step(words)
-        if i >= count:
-            continue
-        at = ((i << 8) + phase) * length // (count << 8)
-        x, y = places[at, 0], places[at, 1]
         up = draw(words, 0, 0, 16, sizes[BOX_STEPS]) >> shift
-        path[i + 1, 0] = min(blocks[LOWEST_X, y, x], problem[X_LIMIT])
-        path[i + 1, 1] = min(blocks[LOWEST_Y, y, x], problem[Y_LIMIT])
+        if followed:
+            x, y = turns[i, 0], turns[i, 1]
+            corner_x, corner_y = x * edge + (edge >> 1), y * edge + (edge >> 1)
+        else:
+            at = ((i << 8) + phase) * length // (count << 8)
+            x, y = places[at, 0], places[at, 1]
+            corner_x, corner_y = blocks[LOWEST_X, y, x], blocks[LOWEST_Y, y, x]
+        path[i + 1, 0] = min(corner_x, problem[X_LIMIT])
+        path[i + 1, 1] = min(corner_y, problem[Y_LIMIT])
         path[i + 1, 2] = clamp(max(surface[y, x], 0) + up, problem[ALTITUDE_LIMIT])
         path[i + 1, 3] = 0
     points: int = count + 2

@@ -8,7 +8,6 @@ import numpy as np
 
 from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
-    BLOCKS,
     FAR,
     POSITION_FRACTION,
     SLOPE_FRACTION,
@@ -40,6 +39,7 @@ __all__ = [
     "LOWEST_Y",
     "PRICES",
     "descend",
+    "find_turns",
     "limit_slopes",
     "measure_blocks",
     "measure_distances",
@@ -111,10 +111,10 @@ def measure_prices(
 def measure_blocks(
     problem: Integers, ground: Ground, blocked: int, ends: Integers, blocks: Integers
 ) -> None:
-    """Write the layers of the blocks, (3, 32, 32) int64; ``ends`` (6,) x, y, step."""
-    shift = problem[BLOCK_SHIFT]
-    for y in range(BLOCKS):
-        for x in range(BLOCKS):
+    """Write the layers of the blocks, (3, edge, edge) int64; ``ends`` (6,) x, y, step."""
+    shift, edge = problem[BLOCK_SHIFT], blocks.shape[1]
+    for y in range(edge):
+        for x in range(edge):
             least, is_free = blocked + 1, True
             for v in range(y << shift, y + 1 << shift):
                 for u in range(x << shift, x + 1 << shift):
@@ -134,23 +134,23 @@ def measure_blocks(
 
 @compiled
 def limit_slopes(problem: Integers, distances: Integers, surface: Integers, limit: int) -> int:
-    """Raise ``surface``, (32, 32), to slopes of ``limit`` halves of the climb limit, or one step.
+    """Raise ``surface``, (edge, edge), to slopes of ``limit`` halves of the climb limit or a step.
 
     Returns the number of passes.
     """
-    shift = SLOPE_FRACTION + ALTITUDE_FRACTION + 1
+    shift, edge = SLOPE_FRACTION + ALTITUDE_FRACTION + 1, len(surface)
     passes = 0
     for _ in range(SWEEPS):
         changed = False
         for step in (-1, 1):
-            for i in range(BLOCKS * BLOCKS):
-                at = i if step < 0 else BLOCKS * BLOCKS - 1 - i
-                x, y = at % BLOCKS, at // BLOCKS
+            for i in range(edge * edge):
+                at = i if step < 0 else edge * edge - 1 - i
+                x, y = at % edge, at // edge
                 if surface[y, x] == _NONE:
                     continue
                 for n in range(4):
                     u, v, way = _neighbour(x, y, step, n)
-                    if 0 <= u < BLOCKS and 0 <= v < BLOCKS and surface[v, u] != _NONE:
+                    if 0 <= u < edge and 0 <= v < edge and surface[v, u] != _NONE:
                         fall = max(problem[CLIMB] * limit * distances[way] >> shift, 1)
                         least = surface[v, u] - fall
                         if least > surface[y, x]:
@@ -164,24 +164,25 @@ def limit_slopes(problem: Integers, distances: Integers, surface: Integers, limi
 
 @compiled
 def spread(prices: Integers, surface: Integers, goal: int, field: Integers) -> int:
-    """Write the cost from each block to the goal, (32, 32); return the number of passes.
+    """Write the cost from each block to the goal, (edge, edge); return the number of passes.
 
-    ``goal`` is 32 y + x. A block without a route has 2**30.
+    ``goal`` is edge y + x. A block without a route has 2**30.
     """
+    edge = len(surface)
     field[:] = FAR
-    field[goal // BLOCKS, goal % BLOCKS] = 0
+    field[goal // edge, goal % edge] = 0
     passes = 0
     for _ in range(SWEEPS):
         changed = False
         for step in (-1, 1):
-            for i in range(BLOCKS * BLOCKS):
-                at = i if step < 0 else BLOCKS * BLOCKS - 1 - i
-                x, y = at % BLOCKS, at // BLOCKS
+            for i in range(edge * edge):
+                at = i if step < 0 else edge * edge - 1 - i
+                x, y = at % edge, at // edge
                 if surface[y, x] == _NONE:
                     continue
                 for n in range(4):
                     u, v, way = _neighbour(x, y, step, n)
-                    if 0 <= u < BLOCKS and 0 <= v < BLOCKS and field[v, u] < FAR:
+                    if 0 <= u < edge and 0 <= v < edge and field[v, u] < FAR:
                         step_cost = _step_cost(prices, surface[y, x], surface[v, u], way)
                         cost = field[v, u] + step_cost
                         if cost < field[y, x]:
@@ -202,9 +203,10 @@ def descend(
     goal: int,
     route: Integers,
 ) -> int:
-    """Write the route, rows x, y of ``route`` (1024, 2), and return its length."""
-    x, y = start % BLOCKS, start // BLOCKS
-    goal_x, goal_y = goal % BLOCKS, goal // BLOCKS
+    """Write the route, rows x, y of ``route`` (edge**2, 2), and return its length."""
+    edge = len(surface)
+    x, y = start % edge, start // edge
+    goal_x, goal_y = goal % edge, goal // edge
     if field[y, x] == FAR:
         for i in range(64):
             route[i, 0] = x + ((goal_x - x) * i >> 6)
@@ -217,8 +219,8 @@ def descend(
         if x == goal_x and y == goal_y:
             return length
         best, best_x, best_y = 2 * FAR, x, y
-        for v in range(max(y - 1, 0), min(y + 2, BLOCKS)):
-            for u in range(max(x - 1, 0), min(x + 2, BLOCKS)):
+        for v in range(max(y - 1, 0), min(y + 2, edge)):
+            for u in range(max(x - 1, 0), min(x + 2, edge)):
                 if (u == x and v == y) or field[v, u] == FAR:
                     continue
                 way = 2 if u != x and v != y else int(u == x)
@@ -226,6 +228,34 @@ def descend(
                 if cost < best:
                     best, best_x, best_y = cost, u, v
         x, y = best_x, best_y
+
+
+@compiled
+def find_turns(route: Integers, length: int, turns: Integers) -> int:
+    """Write the turns of a route, rows x, y of ``turns`` (n, 2); return their number, or n if more.
+
+    See ``turns_of`` of :mod:`pathgene.sim.model.planner.definition.wavefront`.
+    """
+    count = 0
+    at_x, at_y = route[0, 0], route[0, 1]
+    left_x, left_y, right_x, right_y, narrows = 0, 0, 0, 0, False
+    for i in range(1, length):
+        x, y = route[i, 0] - at_x, route[i, 1] - at_y
+        if narrows and (right_x * y < right_y * x or x * left_y < y * left_x):
+            if count == len(turns):
+                break
+            at_x, at_y = route[i - 1, 0], route[i - 1, 1]
+            turns[count, 0], turns[count, 1] = at_x, at_y
+            count += 1
+            narrows = False
+            x, y = route[i, 0] - at_x, route[i, 1] - at_y
+        beside_x, beside_y = (x > 0) - (x < 0), (y > 0) - (y < 0)
+        if not narrows or (x - beside_y) * left_y > (y + beside_x) * left_x:
+            left_x, left_y = x - beside_y, y + beside_x
+        if not narrows or right_x * (y - beside_x) > right_y * (x + beside_y):
+            right_x, right_y = x + beside_y, y - beside_x
+        narrows = True
+    return count
 
 
 @compiled

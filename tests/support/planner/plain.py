@@ -10,6 +10,7 @@ from unittest import mock
 
 import numpy as np
 
+from pathgene.hdl.protocol.planner import BLOCKS
 from pathgene.hdl.protocol.random_words import LANES
 from pathgene.sim.model.planner import breeder, random_words, seeds, walk
 from pathgene.sim.model.planner.course import (
@@ -144,9 +145,12 @@ def mutate(config, record, ends, path, word):
     return [Waypoint(*row) for row in rows[1 : points - 1].tolist()]
 
 
-def seed_path(config, record, blocks, surface, route, source):
-    """Return a seed along ``route``; blocks are keys x, y of ``blocks.lowest`` and ``surface``."""
-    size = 32
+def seed_path(config, record, blocks, surface, route, source, turns=()):
+    """Return a seed along ``route``; blocks are keys x, y of ``blocks.lowest`` and ``surface``.
+
+    If there are ``turns``, its waypoints are there.
+    """
+    size = BLOCKS
     layers = np.zeros((3, size, size), dtype=np.int64)
     heights = np.full((size, size), -1, dtype=np.int64)
     for (x, y), lowest in blocks.lowest.items():
@@ -159,7 +163,8 @@ def seed_path(config, record, blocks, surface, route, source):
         sizes_vector(config, 0),
         np.zeros((1, 1), dtype=np.uint16),
     )
-    way = Route(layers, heights, np.array(route, dtype=np.int64), len(route))
+    rows = [np.array(each, dtype=np.int64).reshape(-1, 2) for each in (route, turns)]
+    way = Route(layers, heights, rows[0], len(route), rows[1], len(turns))
     ends = np.zeros(6, dtype=np.int64)
     points = _with_words_of(source, seeds.seed_path, course, ends, way, _words(), path)
     return [Waypoint(*row) for row in path[1 : points - 1].tolist()]

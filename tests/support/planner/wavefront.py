@@ -3,7 +3,7 @@
 import numpy as np
 
 from pathgene.hdl.planner.wavefront.layouts import shift_limit
-from pathgene.hdl.protocol.planner import BLOCKS, POSITION_FRACTION
+from pathgene.hdl.protocol.planner import BLOCKS, COARSE_BLOCKS, POSITION_FRACTION
 from pathgene.sim.model.planner.course import problem_vector
 from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.model.planner.definition.wavefront import Blocks
@@ -44,13 +44,16 @@ def terrain(config, rng, *, blocked=0.0):
     return ground
 
 
-def problem(config, rng, *, shift=None, any_field=False):
-    """Return a problem within the blocks of a random size."""
+def problem(config, rng, *, shift=None, fine=None, any_field=False):
+    """Return a problem within the blocks of a random size, 32 or 64 along each edge."""
     make = planner_cases.any_record if any_field else planner_cases.record
     record = make(config, rng)
     if shift is None:
         shift = int(rng.integers(shift_limit(config.coordinate_bits) + 1))
-    limit = min(config.map_size, BLOCKS << shift) - 1 - int(rng.integers(2))
+    if fine is None:
+        fine = bool(rng.integers(2))
+    edge = BLOCKS if fine else COARSE_BLOCKS
+    limit = min(config.map_size, edge << shift) - 1 - int(rng.integers(2))
     changes = {"x_limit": limit, "y_limit": limit, "block_shift": shift}
     if not any_field and rng.random() < 0.5:
         # Ends anywhere, so that they are also within smaller blocks.
@@ -71,13 +74,14 @@ def blocks_of(config, record, ground):
     """Return the blocks of the definition, computed by the compiled kernels."""
     vector = problem_vector(config, record)
     ends = [corner_of(record, end) for end in ("start", "goal")]
-    layers = np.zeros((3, BLOCKS, BLOCKS), dtype=np.int64)
+    edge = record.blocks
+    layers = np.zeros((3, edge, edge), dtype=np.int64)
     measure_blocks(vector, ground, config.blocked_altitude, np.array(ends).ravel(), layers)
-    places = [(x, y) for y in range(BLOCKS) for x in range(BLOCKS)]
+    places = [(x, y) for y in range(edge) for x in range(edge)]
     least = {(x, y): int(layers[LEAST, y, x]) for x, y in places if layers[LEAST, y, x] >= 0}
     lowest = {(x, y): (int(layers[LOWEST_X, y, x]), int(layers[LOWEST_Y, y, x])) for x, y in places}
     start, goal = ((x >> record.block_shift, y >> record.block_shift) for x, y, _ in ends)
-    return Blocks(least, lowest, start, goal, distances_of(config, record))
+    return Blocks(least, lowest, start, goal, edge, distances_of(config, record))
 
 
 def corner(x, y, altitude):
@@ -85,6 +89,6 @@ def corner(x, y, altitude):
     return {"x": x, "y": y, "altitude": altitude}
 
 
-def layer(values, none):
+def layer(values, none, edge):
     """Return a dictionary of blocks as a list by rows, with ``none`` for missing blocks."""
-    return [values.get((x, y), none) for y in range(BLOCKS) for x in range(BLOCKS)]
+    return [values.get((x, y), none) for y in range(edge) for x in range(edge)]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.planner.wavefront.block_map import BlockMap
-from pathgene.hdl.protocol.planner import BLOCKS, NoFlyShape
+from pathgene.hdl.protocol.planner import BLOCKS, COARSE_BLOCKS, NoFlyShape
 from pathgene.sim.model.planner.run_cycles import scanning
 from pathgene.sim.model.run_commands import BlockMarks, block
 from tests.support.gateware.streams import pulse, simulate
@@ -14,7 +14,7 @@ from tests.support.planner.cases import SMALL, USUAL, shape
 from tests.support.planner.plain import drawn
 
 
-ALL = BLOCKS**2
+ALL = COARSE_BLOCKS**2
 LATENCY = 2
 
 
@@ -50,6 +50,13 @@ def test_another_size_of_blocks_marks_all():
     marks.shift = 1
     marks.write(*corners((0, 0)))
     assert [marks.scan(), marks.scan()] == [ALL, 0]
+    # As many corners in more blocks.
+    marks.edge = BLOCKS
+    assert [marks.scan(), marks.scan()] == [BLOCKS**2, 0]
+    marks.write(*corners((63, 64), (127, 0), (128, 0)))
+    assert marks.scan() == 2
+    marks.edge = COARSE_BLOCKS
+    assert [marks.scan(), marks.scan()] == [ALL, 0]
     # Not written in between.
     marks.shift = 2
     marks.shift = 1
@@ -63,14 +70,15 @@ def test_the_gateware_scans_as_many(seed):
     unit, marks = BlockMap(4, 7, 4, LATENCY), BlockMarks()
     steps = []
     for _ in range(12):
-        shift = int(rng.choice([1, 2, 2]))
+        shift, edge = int(rng.choice([1, 2, 2])), BLOCKS if rng.random() < 0.3 else COARSE_BLOCKS
         span = int(rng.choice([4, 70, 128]))
-        steps.append((shift, rng.integers(span, size=(int(rng.integers(4)), 2)).tolist()))
+        steps.append((shift, edge, rng.integers(span, size=(int(rng.integers(4)), 2)).tolist()))
 
     async def bench(ctx):
-        for shift, written in steps:
+        for shift, edge, written in steps:
             ctx.set(unit.block_shift, shift)
-            marks.shift = shift
+            ctx.set(unit.fine, edge == BLOCKS)
+            marks.shift, marks.edge = shift, edge
             for x, y in written:
                 ctx.set(unit.write, {"valid": 1, "x": x, "y": y})
                 marks.write(*corners((x, y)))
@@ -84,7 +92,7 @@ def test_the_gateware_scans_as_many(seed):
             while ctx.get(unit.busy):
                 await ctx.tick()
                 cycles += 1
-            assert cycles == scanning(marks.scan(), shift, 4, LATENCY), (shift, written)
+            assert cycles == scanning(edge, marks.scan(), shift, 4, LATENCY), (shift, written)
 
     simulate(unit, bench)
 

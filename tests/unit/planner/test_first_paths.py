@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.planner.first_paths import FirstPathKind, FirstPaths
-from pathgene.hdl.protocol.planner import seed_waypoints
 from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.model.planner.run_cycles import (
     MEMBER,
@@ -55,7 +54,7 @@ class Bench:
     def seeds(self, count):
         """Return random seeds, the shortest and the longest often."""
         config = self.config
-        _, longest = seed_waypoints(config.max_waypoints)
+        longest = config.max_waypoints
         paths = []
         for _ in range(count):
             length = int(self.rng.choice([2, longest, self.rng.integers(2, longest + 1)]))
@@ -67,7 +66,7 @@ class Bench:
 
     async def run(self, ctx, kind, count, seeds=()):
         """Make the paths; return the cycle of the launch."""
-        dut, words = self.dut, seeded(seed_waypoints(self.config.max_waypoints)[1])
+        dut = self.dut
         ctx.set(dut.frame.start, corner(self.ends[0]))
         ctx.set(dut.frame.goal, corner(self.ends[1]))
         ctx.set(dut.frame.limits.altitude, self.record.altitude_limit)
@@ -88,7 +87,7 @@ class Bench:
             if ctx.get(dut.begin_seed):
                 assert self.cycle >= seed_free
                 path = seeds.pop(0)
-                seed_free = self.cycle + words + 1
+                seed_free = self.cycle + seeded(len(path)) + 1
                 for i, point in enumerate(path):
                     found = {"valid": 1, "last": i == len(path) - 1, **corner(point)}
                     coming[self.cycle + 2 + i + WAYPOINT] = found

@@ -169,7 +169,8 @@ def expected_of(options, durations):
         if kind is FirstPathKind.SEED:
             lifts = options.lifts
             slope = options.slopes[island - options.warm]
-            cycle = pulse(cycle, "find_route", slope) + steps.ROUTED - 1
+            by_turns = island == 0
+            cycle = pulse(cycle, "find_route", slope, by_turns) + steps.ROUTED - 1
         for number in range(1 + lifts):
             kind = FirstPathKind.LIFTED if number else kind
             paths = options.seeds if kind is FirstPathKind.SEED else SMALL.population
@@ -247,7 +248,7 @@ async def run_once(ctx, dut, options, durations, rng):
                 seeds = done
                 memo, source = (cycle + rng.randrange(2, 10) for _ in range(2))
             elif name == "find_route":
-                events.append((cycle, name, ctx.get(dut.slope)))
+                events.append((cycle, name, ctx.get(dut.slope), bool(ctx.get(dut.by_turns))))
                 seeds = done
             elif name == "make_paths":
                 events.append((cycle, name, kind, ctx.get(dut.count)))

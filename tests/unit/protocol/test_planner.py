@@ -50,7 +50,8 @@ def test_the_fixed_points_are_those_that_hosts_and_chips_agreed_on():
         "ALTITUDE_FRACTION": 4,
         "BASE_BITS": 25,
         "BEND_BITS": 8,
-        "BLOCKS": 32,
+        "BLOCKS": 64,
+        "COARSE_BLOCKS": 32,
         "DRAG_FRACTION": 16,
         "EDGES": 8,
         "EXCESS_BITS": 2,
@@ -143,8 +144,8 @@ def test_a_base_that_does_not_fit_is_refused(base):
         {"x_scale": (1 << 14) + 1},
         {"y_scale": (1 << 14) + 1},
         {"block_shift": 5},
-        {"block_shift": 3},
-        {"block_shift": 3, "x_limit": 255},
+        {"block_shift": 2},
+        {"block_shift": 2, "x_limit": 255},
     ],
 )
 def test_a_record_out_of_range_is_no_problem(changes):
@@ -174,3 +175,20 @@ def test_waypoints_of_seeds(longest, expected):
 def test_a_shape_is_drawn_at_a_corner_a_cycle():
     box = {"first_x": 3, "first_y": 5, "last_x": 9, "last_y": 6}
     assert NoFlyShape(**box, edges=()).drawing_cycles == 7 * 2 + 2
+
+
+@pytest.mark.parametrize(
+    ("shift", "limits", "blocks"),
+    [
+        (4, (511, 511), 32),
+        (3, (511, 9), 64),
+        (3, (9, 256), 64),
+        (3, (255, 255), 32),
+        (0, (0, 0), 32),
+    ],
+)
+def test_as_few_blocks_as_cover_the_limits(shift, limits, blocks):
+    valid = record(USUAL, np.random.default_rng(20))
+    x_limit, y_limit = limits
+    sent = dataclasses.replace(valid, block_shift=shift, x_limit=x_limit, y_limit=y_limit)
+    assert sent.blocks == blocks

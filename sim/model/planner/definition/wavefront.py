@@ -1,13 +1,14 @@
 """Wavefront over blocks of the map, which finds routes for the first population.
 
-The map is divided into 32 x 32 blocks. Both relaxations go over the blocks in passes, forwards by
-rows and then backwards, so that a pass needs one row of memory and four neighbours of a block. A
-sweep is one pass in each direction; sweeps end with the first one that changes nothing, or at a
-maximum number.
+The map is divided into 64 x 64 blocks, or 32 x 32 if they cover the limits. Both relaxations go
+over the blocks in passes, forwards by rows and then backwards, so that a pass needs one row of
+memory and four neighbours of a block. A sweep is one pass in each direction; sweeps end with the
+first one that changes nothing, or at a maximum number.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import isqrt
@@ -15,7 +16,6 @@ from math import isqrt
 from pathgene.hdl.config import Config
 from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
-    BLOCKS,
     FAR,
     POSITION_FRACTION,
     SLOPE_FRACTION,
@@ -36,6 +36,7 @@ __all__ = [
     "limit_slopes",
     "prices_of",
     "spread",
+    "turns_of",
 ]
 
 #: x and y in blocks.
@@ -61,6 +62,8 @@ class Blocks:
         Minimum ground of the blocks without a blocked corner, and of the blocks of start and goal.
     lowest : dict
         First of the lowest corners of each block, by rows.
+    edge : int
+        Number of blocks along each edge of the map.
     distances : (int, int, int)
         Distances between the centres of neighbours in x, in y, and diagonally, in units of length.
     """
@@ -69,6 +72,7 @@ class Blocks:
     lowest: dict[Block, Corner]
     start: Block
     goal: Block
+    edge: int
     distances: tuple[int, int, int]
 
 
@@ -138,8 +142,8 @@ def blocks_of(record: ProblemRecord, ground: Ground, blocked: int) -> Blocks:
     shift = record.block_shift
     edge = 1 << shift
     least, lowest = {}, {}
-    for y in range(BLOCKS):
-        for x in range(BLOCKS):
+    for y in range(record.blocks):
+        for x in range(record.blocks):
             corners = [
                 (int(ground[v, u]) if v < len(ground) and u < len(ground) else blocked, v, u)
                 for v in range(y << shift, y + 1 << shift)
@@ -157,7 +161,7 @@ def blocks_of(record: ProblemRecord, ground: Ground, blocked: int) -> Blocks:
     side = edge << POSITION_FRACTION
     east, north = scaled(side, record.x_scale), scaled(side, record.y_scale)
     distances = east, north, isqrt(east * east + north * north)
-    return Blocks(least, lowest, ends[0], ends[1], distances)
+    return Blocks(least, lowest, ends[0], ends[1], record.blocks, distances)
 
 
 def limit_slopes(record: ProblemRecord, blocks: Blocks, surface: Surface, limit: int) -> int:
@@ -170,7 +174,7 @@ def limit_slopes(record: ProblemRecord, blocks: Blocks, surface: Surface, limit:
     passes = 0
     for _ in range(SWEEPS):
         changed = False
-        for block, neighbours in _visits():
+        for block, neighbours in _visits(blocks.edge):
             if block in surface:
                 least = [
                     surface[other] - falls[way] for way, other in neighbours if other in surface
@@ -190,7 +194,7 @@ def spread(prices: Prices, blocks: Blocks, surface: Surface) -> tuple[dict[Block
     passes = 0
     for _ in range(SWEEPS):
         changed = False
-        for block, neighbours in _visits():
+        for block, neighbours in _visits(blocks.edge):
             if block not in surface:
                 continue
             costs = [
@@ -233,12 +237,45 @@ def descend(
     return route
 
 
-def _visits() -> Iterator[tuple[Block, list[tuple[int, Block]]]]:
+def turns_of(route: list[Block]) -> list[Block]:
+    """Return the blocks at which ``route`` turns: the straight lines between them stay near it.
+
+    From the start, and from each turn, the route is straight as long as its blocks lie in a wedge
+    that each of them narrows to its own width, about a block on either side. The block before the
+    first one outside is the next turn. Start and goal are not among them.
+    """
+    turns: list[Block] = []
+    (at_x, at_y), left, right = route[0], None, None
+    for before, (x, y) in itertools.pairwise(route):
+        way = x - at_x, y - at_y
+        if left and right and (_cross(right, way) < 0 or _cross(way, left) < 0):
+            turns.append(before)
+            (at_x, at_y), left, right = before, None, None
+            way = x - at_x, y - at_y
+        aside = _sign(way[0]), _sign(way[1])
+        to_left = way[0] - aside[1], way[1] + aside[0]
+        to_right = way[0] + aside[1], way[1] - aside[0]
+        if not left or _cross(to_left, left) > 0:
+            left = to_left
+        if not right or _cross(right, to_right) > 0:
+            right = to_right
+    return turns
+
+
+def _cross(one: Block, other: Block) -> int:
+    return one[0] * other[1] - one[1] * other[0]
+
+
+def _sign(value: int) -> int:
+    return (value > 0) - (value < 0)
+
+
+def _visits(edge: int) -> Iterator[tuple[Block, list[tuple[int, Block]]]]:
     """Yield the blocks of a sweep, each with the neighbours that the pass has already visited.
 
     Each neighbour comes with the index of its distance.
     """
-    forwards = [(x, y) for y in range(BLOCKS) for x in range(BLOCKS)]
+    forwards = [(x, y) for y in range(edge) for x in range(edge)]
     for step, visits in ((-1, forwards), (1, forwards[::-1])):
         for x, y in visits:
             yield (

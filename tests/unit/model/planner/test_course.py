@@ -18,7 +18,7 @@ def test_places_are_in_the_order_of_the_fields():
 def test_sizes_are_in_their_places():
     sizes = course.sizes_vector(USUAL, 512)
     for name, value in {
-        "POPULATION": 32, "CHILDREN": 22, "ELITES": 2, "SURVIVORS": 8, "MAX_WAYPOINTS": 18,
+        "POPULATION": 32, "CHILDREN": 22, "ELITES": 2, "SURVIVORS": 8, "MAX_WAYPOINTS": 24,
         "RANK_BITS": 5, "BOX_X": 38, "BOX_Y": 38, "BOX_STEPS": 307, "BLOCKED": 4095, "LANES": 8,
         "COORDINATE_BITS": 9, "ALTITUDE_BITS": 12, "MEMO_BITS": 9,
     }.items():  # fmt: skip

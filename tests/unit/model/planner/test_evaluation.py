@@ -67,7 +67,7 @@ def test_a_memo_changes_no_key_and_no_margin():
     rng = np.random.default_rng(11)
     with_memo = evaluator_of(USUAL, rng, 512)
     without = Evaluator(USUAL, with_memo.record, with_memo.ground, 0)
-    paths = [path_of(with_memo, rng) for _ in range(20)]
+    paths = [path_of(with_memo, rng) for _ in range(12)]
     for _ in range(2):
         for points in paths:
             margins, expected = [0] * len(points), [0] * len(points)

@@ -1,11 +1,13 @@
 """Routes: the compiled wavefront equals the definition, and the definition equals Dijkstra's."""
 
+import dataclasses
 import heapq
+import itertools
 
 import numpy as np
 import pytest
 
-from pathgene.hdl.protocol.planner import ALTITUDE_FRACTION, BLOCKS, FAR
+from pathgene.hdl.protocol.planner import ALTITUDE_FRACTION, FAR
 from pathgene.sim.model.planner.course import problem_vector, sizes_vector
 from pathgene.sim.model.planner.definition import wavefront as plain
 from pathgene.sim.model.planner.definition.score import corner_of, piece_cost
@@ -15,6 +17,7 @@ from pathgene.sim.model.planner.wavefront import (
     LOWEST_Y,
     PRICES,
     descend,
+    find_turns,
     limit_slopes,
     measure_blocks,
     measure_distances,
@@ -24,18 +27,21 @@ from pathgene.sim.model.planner.wavefront import (
 from tests.support.planner.cases import LARGE, SMALL, USUAL, any_record, ground, record
 
 
-CASES = [(SMALL, 0.0, 0), (SMALL, 0.3, 1), (USUAL, 0.0, 2), (USUAL, 0.002, 3)]
+#: Configuration, share of blocked corners, corners along the edge of a block as a power of two.
+CASES = [(SMALL, 0.0, 0), (SMALL, 0.3, 0), (USUAL, 0.0, 4), (USUAL, 0.002, 4), (USUAL, 0.01, 3)]
 
 
-def cases(config, blocked, seed):
-    rng = np.random.default_rng(seed)
+def cases(config, blocked, shift):
+    rng = np.random.default_rng(shift + int(1000 * blocked))
     problem, heights = record(config, rng), ground(config, rng, blocked=blocked)
+    problem = dataclasses.replace(problem, block_shift=shift)
+    assert problem.blocks == config.map_size >> shift
     return problem, heights, plain.blocks_of(problem, heights, config.blocked_altitude)
 
 
-def array(values, none):
-    """A dictionary of blocks as (32, 32), ``none`` elsewhere."""
-    layer = np.full((BLOCKS, BLOCKS), none, dtype=np.int64)
+def array(values, none, edge):
+    """A dictionary of blocks as (edge, edge), ``none`` elsewhere."""
+    layer = np.full((edge, edge), none, dtype=np.int64)
     for (x, y), value in values.items():
         layer[y, x] = value
     return layer
@@ -57,13 +63,14 @@ def vector_of(prices):
 def test_compiled_wavefront_is_the_defined_one(case, slope):
     config, *_ = case
     problem, heights, blocks = cases(*case)
+    edge = problem.blocks
     vector, distances = problem_vector(config, problem), np.zeros(3, dtype=np.int64)
     ends = [*corner_of(problem, "start"), *corner_of(problem, "goal")]
-    layers = np.zeros((3, BLOCKS, BLOCKS), dtype=np.int64)
+    layers = np.zeros((3, edge, edge), dtype=np.int64)
     measure_distances(vector, distances)
     measure_blocks(vector, heights, config.blocked_altitude, np.array(ends), layers)
     assert tuple(distances) == blocks.distances
-    assert np.array_equal(layers[LEAST], array(blocks.least, -1))
+    assert np.array_equal(layers[LEAST], array(blocks.least, -1, edge))
     assert all(
         (layers[LOWEST_X, y, x], layers[LOWEST_Y, y, x]) == lowest
         for (x, y), lowest in blocks.lowest.items()
@@ -73,20 +80,84 @@ def test_compiled_wavefront_is_the_defined_one(case, slope):
     if slope:
         passes = plain.limit_slopes(problem, blocks, expected, slope)
         assert limit_slopes(vector, distances, surface, slope) == passes
-        assert np.array_equal(surface, array(expected, -1))
-    field = np.zeros((BLOCKS, BLOCKS), dtype=np.int64)
-    start, goal = (y * BLOCKS + x for x, y in (blocks.start, blocks.goal))
+        assert np.array_equal(surface, array(expected, -1, edge))
+    field = np.zeros((edge, edge), dtype=np.int64)
+    start, goal = (y * edge + x for x, y in (blocks.start, blocks.goal))
     prices = np.zeros(PRICES, dtype=np.int64)
     measure_prices(vector, sizes_vector(config, 0), distances, prices)
     expected_prices = plain.prices_of(config, problem, blocks.distances)
     assert prices.tolist() == vector_of(expected_prices)
     costs, passes = plain.spread(expected_prices, blocks, expected)
     assert spread(prices, surface, goal, field) == passes
-    assert np.array_equal(field, array(costs, FAR))
-    route = np.zeros((BLOCKS * BLOCKS, 2), dtype=np.int64)
+    assert np.array_equal(field, array(costs, FAR, edge))
+    route = np.zeros((edge * edge, 2), dtype=np.int64)
     length = descend(prices, surface, field, start, goal, route)
     expected_route = plain.descend(expected_prices, blocks, expected, costs)
     assert [tuple(block) for block in route[:length].tolist()] == expected_route
+    turns = plain.turns_of(expected_route)
+    assert turns_found(route, length, edge) == turns
+    if blocks.start in costs:
+        # Where the route is straight, it is near the line.
+        for one, other in itertools.pairwise([blocks.start, *turns, blocks.goal]):
+            between = expected_route[expected_route.index(one) : expected_route.index(other)]
+            assert all(away(block, one, other) < 1.5 for block in between)
+
+
+def turns_found(route, length, most):
+    """The turns that the kernel finds, with room for ``most``."""
+    turns = np.zeros((most, 2), dtype=np.int64)
+    return [tuple(block) for block in turns[: find_turns(route, length, turns)].tolist()]
+
+
+def walk(rng, steps, edge):
+    """A route of blocks that goes on in a direction for a while, and never comes back."""
+    ways = [(x, y) for y in (-1, 0, 1) for x in (-1, 0, 1) if x or y]
+    route, way = [tuple(rng.integers(edge, size=2).tolist())], ways[0]
+    while len(route) < steps:
+        if rng.random() < rng.choice([0.1, 0.5]):
+            way = ways[rng.integers(8)]
+        block = route[-1][0] + way[0], route[-1][1] + way[1]
+        if block in route or not all(0 <= each < edge for each in block):
+            return route
+        route.append(block)
+    return route
+
+
+def away(block, one, other):
+    """The distance of a block from the straight line between two others, in blocks."""
+    a, b, at = (np.array(each, dtype=float) for each in (one, other, block))
+    share = np.clip((at - a) @ (b - a) / max((b - a) @ (b - a), 1), 0, 1)
+    return float(np.hypot(*(at - a - share * (b - a))))
+
+
+def test_turns_of_random_walks():
+    rng = np.random.default_rng(5)
+    counts = []
+    for _ in range(400):
+        route = walk(rng, 60, 64)
+        turns = plain.turns_of(route)
+        rows = np.array(route, dtype=np.int64)
+        assert turns_found(rows, len(route), 64) == turns
+        assert turns_found(rows, len(route), 3) == turns[:3]
+        assert [block for block in route[1:-1] if block in turns] == turns
+        counts.append(len(turns))
+    assert min(counts) == 0
+    assert max(counts) > 5
+
+
+@pytest.mark.parametrize(
+    ("route", "turns"),
+    [
+        ([(0, 0)], []),
+        ([(0, 0), (1, 0), (2, 0), (3, 0)], []),
+        # A line between two directions of steps is straight.
+        ([(x, x // 3) for x in range(60)], []),
+        # One block aside is still within the wedge.
+        ([*[(x, 0) for x in range(9)], *[(8, y) for y in range(1, 9)]], [(8, 1)]),
+    ],
+)
+def test_turns_of_plain_routes(route, turns):
+    assert plain.turns_of(route) == turns
 
 
 @pytest.mark.parametrize("config", [SMALL, USUAL, LARGE], ids=["small", "usual", "large"])

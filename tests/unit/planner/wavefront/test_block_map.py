@@ -8,7 +8,7 @@ from amaranth.hdl import Elaboratable, Module
 
 from pathgene.hdl.planner.walker.segment_walker import SegmentWalker
 from pathgene.hdl.planner.wavefront.block_map import BlockMap, LowestCorner
-from pathgene.hdl.protocol.planner import BLOCKS
+from pathgene.hdl.protocol.planner import BLOCKS, COARSE_BLOCKS
 from pathgene.sim.model.planner.definition import wavefront
 from pathgene.sim.model.planner.definition.score import corner_of
 from pathgene.sim.model.planner.run_cycles import scanning
@@ -40,6 +40,7 @@ class Bench:
 
     def set_problem(self, record):
         self.ctx.set(self.dut.block_shift, record.block_shift)
+        self.ctx.set(self.dut.fine, record.blocks == BLOCKS)
         for end in ("start", "goal"):
             self.ctx.set(getattr(self.dut, end), corner(*corner_of(record, end)))
 
@@ -65,10 +66,12 @@ class Bench:
         blocks = blocks_of(config, record, self.ground)
         place = self.ctx.get(self.dut.start_block), self.ctx.get(self.dut.goal_block)
         assert [(each.x, each.y) for each in place] == [blocks.start, blocks.goal]
-        for number in range(BLOCKS**2 + 2):
-            self.ctx.set(self.dut.number, number % BLOCKS**2)
+        places = [(x, y) for y in range(blocks.edge) for x in range(blocks.edge)]
+        for number in range(len(places) + 2):
+            x, y = places[number % len(places)]
+            self.ctx.set(self.dut.number, y * BLOCKS + x)
             if number >= 2:
-                y, x = divmod(number - 2, BLOCKS)
+                x, y = places[number - 2]
                 each = self.ctx.get(self.dut.block)
                 assert each.free == ((x, y) in blocks.least)
                 if each.free:
@@ -86,10 +89,10 @@ def test_single_corners(config, lanes, latency):
 
     async def bench(ctx):
         own = Bench(ctx, dut, terrain(config, rng, blocked=0.2))
-        for marked in (BLOCKS**2, 0):
+        for marked in (COARSE_BLOCKS**2, 0):
             record = problem(config, rng)
             own.set_problem(record)
-            assert await own.scan() == scanning(marked, 0, lanes, latency)
+            assert await own.scan() == scanning(COARSE_BLOCKS, marked, 0, lanes, latency)
             await own.check(config, record)
 
     simulate(dut, bench)
@@ -104,32 +107,46 @@ def test_marks_and_shifts():
 
     async def bench(ctx):
         own = Bench(ctx, dut, terrain(config, rng, blocked=0.05))
-        wide, narrow = (problem(config, rng, shift=shift) for shift in (1, 0))
+        wide, narrow, fine = (
+            problem(config, rng, shift=shift, fine=fine)
+            for shift, fine in ((1, False), (0, False), (0, True))
+        )
         own.set_problem(wide)
-        assert await own.scan() == scanning(BLOCKS**2, 1, lanes, 2)
+        assert await own.scan() == scanning(32, 32**2, 1, lanes, 2)
         await own.check(config, wide)
 
         # The write just before a scan is seen, too.
         writes = [(63, 63, 0), (0, 0, top), (1, 0, 3), (62, 63, top), (20, 41, 1)]
         for write in writes:
             await own.write(*write)
-        assert await own.scan() == scanning(3, 1, lanes, 2)
+        assert await own.scan() == scanning(32, 3, 1, lanes, 2)
         await own.check(config, wide)
-        assert await own.scan() == scanning(0, 1, lanes, 2)
+        assert await own.scan() == scanning(32, 0, 1, lanes, 2)
 
         # Marks of one size have no meaning for a different size.
         own.set_problem(narrow)
         await own.write(40, 3, 1)
         await own.write(9, 30, 2)
         own.set_problem(wide)
-        assert await own.scan() == scanning(BLOCKS**2, 1, lanes, 2)
+        assert await own.scan() == scanning(32, 32**2, 1, lanes, 2)
         await own.check(config, wide)
         own.set_problem(narrow)
-        assert await own.scan() == scanning(BLOCKS**2, 0, lanes, 2)
+        assert await own.scan() == scanning(32, 32**2, 0, lanes, 2)
         for write in [(32, 0, 5), (0, 32, 5), (31, 7, top)]:
             await own.write(*write)
-        assert await own.scan() == scanning(1, 0, lanes, 2)
+        assert await own.scan() == scanning(32, 1, 0, lanes, 2)
         await own.check(config, narrow)
+
+        # Nor have they for another number of blocks of this size.
+        own.set_problem(fine)
+        assert await own.scan() == scanning(64, 64**2, 0, lanes, 2)
+        await own.check(config, fine)
+        for write in [(32, 0, 5), (0, 63, 5), (31, 7, 1)]:
+            await own.write(*write)
+        assert await own.scan() == scanning(64, 3, 0, lanes, 2)
+        await own.check(config, fine)
+        own.set_problem(narrow)
+        assert await own.scan() == scanning(32, 32**2, 0, lanes, 2)
 
     simulate(dut, bench)
 
@@ -172,7 +189,7 @@ def test_map_of_a_walker(config, lanes, latency):
     config = config.replace(lanes=lanes, memory_latency=latency)
     dut = shared(MapAndBlocks, config)
     shift = config.coordinate_bits - SMALL.coordinate_bits
-    record = problem(config, rng, shift=shift)
+    record = problem(config, rng, shift=shift, fine=False)
     changed = rng.integers(config.map_size, size=(20, 2)).tolist()
 
     def defined(config, record, ground):
@@ -182,8 +199,8 @@ def test_map_of_a_walker(config, lanes, latency):
         own = WalkerBench(ctx, dut.blocks, terrain(config, rng, blocked=0.1))
         own.set_problem(record)
         await upload(ctx, dut.walker, own.ground)
-        for marked in (BLOCKS**2, len({(x >> shift, y >> shift) for x, y in changed})):
-            cycles = scanning(marked, shift, lanes, dut.blocks.read_latency)
+        for marked in (record.blocks**2, len({(x >> shift, y >> shift) for x, y in changed})):
+            cycles = scanning(record.blocks, marked, shift, lanes, dut.blocks.read_latency)
             assert await own.scan() == cycles
             await own.check(config, record, defined)
             for x, y in changed:

@@ -6,7 +6,7 @@ import pytest
 from pathgene.hdl.planner.wavefront.relaxer import Relaxer
 from pathgene.hdl.planner.wavefront.steps import StepPricer
 from pathgene.hdl.planner.wavefront.wavefront import Wavefront
-from pathgene.hdl.protocol.planner import BLOCKS, FAR, VALUE_BITS
+from pathgene.hdl.protocol.planner import BLOCKS, COARSE_BLOCKS, FAR, VALUE_BITS
 from pathgene.sim.model.planner import run_cycles
 from pathgene.sim.model.planner.definition.wavefront import prices_of
 from tests.support.gateware.streams import pulse, shared, simulate
@@ -28,12 +28,13 @@ def relaxed(prices, falls, free, heights, costs, backwards):
     """Return the costs after a pass; ``falls`` is None where steps keep their cost."""
     costs = costs.copy()
     step = 1 if backwards else -1
-    for i in range(BLOCKS**2):
-        y, x = divmod(BLOCKS**2 - 1 - i if backwards else i, BLOCKS)
+    edge = len(costs)
+    for i in range(edge**2):
+        y, x = divmod(edge**2 - 1 - i if backwards else i, edge)
         if not free[y, x]:
             continue
         for u, v, way in ((x + step, y, 0), *((x + n, y + step, 2 - (n == 0)) for n in (-1, 0, 1))):
-            if not (0 <= u < BLOCKS and 0 <= v < BLOCKS):
+            if not (0 <= u < edge and 0 <= v < edge):
                 continue
             if falls is None:
                 cost = prices.cost(int(heights[y, x]), int(heights[v, u]), way)
@@ -51,13 +52,15 @@ def test_passes(config):
     changes = []
 
     async def bench(ctx):
-        for number in range(8):
+        for number in range(12):
             record = problem(config, rng, any_field=number % 4 == 3)
             prices = prices_of(config, record, distances_of(config, record))
             most = (1 << VALUE_BITS) - 1
             falls = None if number % 2 else [int(each) for each in rng.choice([0, 3, 90, most], 3)]
             backwards = bool(number // 2 % 2)
-            free = rng.random((BLOCKS, BLOCKS)) < rng.choice([0.5, 0.95, 1])
+            fine = number >= 8
+            edge = BLOCKS if fine else COARSE_BLOCKS
+            free = rng.random((edge, edge)) < rng.choice([0.5, 0.95, 1])
             heights = rng.integers(top + 1, size=free.shape)
             kinds = rng.random(free.shape)
             costs = rng.integers(rng.choice([100, FAR]), size=free.shape)
@@ -67,6 +70,7 @@ def test_passes(config):
 
             ctx.set(dut.constants, constants_of(prices, falls))
             ctx.set(dut.backwards, backwards)
+            ctx.set(dut.fine, fine)
             await pulse(ctx, dut.launch)
             found = costs.copy()
             asked, cycles, written = [(0, 0)] * 2, 1, 0
@@ -75,19 +79,19 @@ def test_passes(config):
                 write = ctx.get(dut.write)
                 await ctx.tick()
                 if write.valid:
-                    found.flat[write.block] = write.cost
+                    found[divmod(write.block, BLOCKS)] = write.cost
                     written += 1
-                surface, cost = asked[-2]
+                surface, cost = (divmod(block, BLOCKS) for block in asked[-2])
                 ctx.set(
                     dut.surface,
-                    {"free": bool(free.flat[surface]), "altitude": int(heights.flat[surface])},
+                    {"free": bool(free[surface]), "altitude": int(heights[surface])},
                 )
-                ctx.set(dut.cost, int(found.flat[cost]))
+                ctx.set(dut.cost, int(found[cost]))
                 cycles += 1
             assert np.array_equal(found, expected)
-            assert written == BLOCKS**2
+            assert written == edge**2
             assert ctx.get(dut.changed) == changes[-1]
-            assert cycles == Relaxer.pass_cycles == run_cycles.PASS
+            assert cycles == Relaxer.pass_cycles(fine) == run_cycles.passing(edge)
 
             # Steps between passes, with the current constants.
             steps = rng.integers(top + 1, size=(20, 2)).tolist()
@@ -108,5 +112,6 @@ def test_passes(config):
 
 
 def test_cycles_are_those_of_the_model():
-    fills = run_cycles.spreading(0, 0) - 1
-    assert fills == 2 * Wavefront.fill_cycles
+    for edge in (COARSE_BLOCKS, BLOCKS):
+        fills = run_cycles.spreading(edge, 0, 0) - 1
+        assert fills == 2 * Wavefront.fill_cycles(edge == BLOCKS)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.planner.wavefront.seed_source import Seeder
-from pathgene.hdl.protocol.planner import seed_waypoints
 from pathgene.sim.model.planner.run_cycles import WAYPOINT, seeding
 from tests.support.gateware.streams import shared, simulate
 from tests.support.planner.cases import LARGE, SMALL, USUAL
@@ -21,27 +20,41 @@ class Map:
         self.lowest = lowest
 
 
-def seeds(config, rng, count, length):
-    """Return a problem, a route, memories of the blocks, paths, and their words."""
+def seeds(config, rng, count, length, bends):
+    """Return a problem, route, turns, memories of the blocks, paths, and their words."""
     record = problem(config, rng)
-    route = [tuple(each) for each in rng.integers(32, size=(length, 2)).tolist()]
-    places = sorted(set(route))
+    edge = record.blocks
+    route = [tuple(each) for each in rng.integers(edge, size=(length, 2)).tolist()]
+    turns = [tuple(each) for each in rng.integers(edge, size=(bends, 2)).tolist()]
+    places = sorted({*route, *turns})
     lowest = {place: tuple(rng.integers(config.map_size, size=2).tolist()) for place in places}
     top = config.blocked_altitude
     surface = {place: int(rng.integers(top + 1)) for place in places if rng.random() < 0.8}
     source = Words(rng)
-    paths = [seed_path(config, record, Map(lowest), surface, route, source) for _ in range(count)]
-    return record, route, lowest, surface, paths, source.taken
+    blocks = Map(lowest)
+    paths = [seed_path(config, record, blocks, surface, route, source, turns) for _ in range(count)]
+    return record, route, turns, lowest, surface, paths, source.taken
 
 
 @pytest.mark.parametrize("share", [1, 0.4], ids=["steady", "stalled"])
 @pytest.mark.parametrize(
-    ("config", "count", "length"),
-    [(SMALL, 60, 1), (SMALL, 60, 1024), (USUAL, 20, 37), (LARGE, 6, 1000)],
+    ("config", "count", "length", "bends"),
+    [
+        (SMALL, 60, 1, 0),
+        (SMALL, 60, 1024, 0),
+        (SMALL, 30, 1, 2),
+        (SMALL, 30, 9, SMALL.max_waypoints),
+        (USUAL, 20, 37, 0),
+        (USUAL, 20, 37, 7),
+        (USUAL, 5, 4096, USUAL.max_waypoints),
+        (LARGE, 6, 4096, 0),
+        (LARGE, 6, 1000, 40),
+    ],
 )
-def test_matches_the_definition(config, count, length, share):
+def test_matches_the_definition(config, count, length, bends, share):
     rng, pauses = np.random.default_rng(count + length), random.Random(length)
-    record, route, lowest, surface, paths, words = seeds(config, rng, count, length)
+    record, route, turns, lowest, surface, paths, words = seeds(config, rng, count, length, bends)
+    read_from = turns or route
     dut = shared(Seeder, config)
     points, found, stepped, busy = [], [], [], []
 
@@ -49,6 +62,9 @@ def test_matches_the_definition(config, count, length, share):
         limits = record.x_limit, record.y_limit, record.altitude_limit
         ctx.set(dut.limits, corner(*limits))
         ctx.set(dut.length, length)
+        ctx.set(dut.follows, bool(turns))
+        ctx.set(dut.turns, len(turns))
+        ctx.set(dut.block_shift, record.block_shift)
         asked, read = [0] * 2, [(0, 0)] * 2
         left, cycle = count, 0
         while left or ctx.get(dut.busy) or len(points) < sum(map(len, paths)):
@@ -70,10 +86,10 @@ def test_matches_the_definition(config, count, length, share):
                 found.append(cycle)
             place = ctx.get(dut.read_block)
             asked.append(ctx.get(dut.number))
-            read.append((place & 31, place >> 5))
+            read.append((place & 63, place >> 6))
             await ctx.tick()
             cycle += 1
-            x, y = route[asked[-2]] if asked[-2] < length else (0, 0)
+            x, y = read_from[asked[-2]] if asked[-2] < len(read_from) else (0, 0)
             ctx.set(dut.place, {"x": x, "y": y})
             block = read[-2]
             x, y = lowest.get(block, (0, 0))
@@ -87,10 +103,9 @@ def test_matches_the_definition(config, count, length, share):
     ]
     assert len(stepped) == len(words)
     assert Seeder.latency == WAYPOINT
-    _, longest = seed_waypoints(config.max_waypoints)
-    each = longest + 1
     firsts = np.cumsum([0, *map(len, paths[:-1])])
-    assert [found[i] - stepped[each * n + 1] for n, i in enumerate(firsts)] == [WAYPOINT] * count
+    assert [found[i] - stepped[i + n + 1] for n, i in enumerate(firsts)] == [WAYPOINT] * count
     if share == 1:
         # One idle cycle for each, in which it is launched.
-        assert busy[: count * (each + 1)] == ([0] + [1] * seeding(longest)) * count
+        expected = [each for path in paths for each in [0] + [1] * seeding(len(path))]
+        assert busy[: len(expected)] == expected

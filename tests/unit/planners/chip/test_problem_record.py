@@ -51,7 +51,7 @@ def test_the_score_is_the_evaluation_of_a_feasible_path(terrain):
     """Costs of paths that the model finds feasible equal eq. (2) within half a percent."""
     problem, grid, record = make(**terrain)
     assert len(record.pack(CONFIG)) == problem_request(CONFIG).size
-    outcome = plan(CONFIG, grid.corners(), record, RunOptions(seed=1, cycles=300_000))
+    outcome = plan(CONFIG, grid.corners(), record, RunOptions(seed=1, cycles=1_000_000))
     evaluator = Evaluator(problem, threads=1)
     best = problem_utopia(problem)
     unit_m = max(grid.scale_m) / 256

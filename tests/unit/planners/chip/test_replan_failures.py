@@ -51,7 +51,7 @@ def test_other_altitudes_mend_a_path(make_evaluator, search, altered, rules):
 
 def test_another_way_at_an_end_mends_a_path_through_a_zone(make_evaluator, search, altered):
     before = search.run(make_evaluator(rules=NO_MARGINS))
-    zone = Zone.circle(1000, 2000, 200)
+    zone = Zone.circle(1000, 2000, 300)
     altered(lambda path: np.insert(path, 1, (zone.x_m, zone.y_m, 300.0), axis=0))
     after = before.replan(zones=[zone])
     assert after.evaluation.feasible

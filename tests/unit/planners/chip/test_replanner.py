@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pathgene.hdl.protocol.planner import COARSE_BLOCKS
 from pathgene.host.device.boards import open_board
 from pathgene.host.device.chip_map import drawn_corners
 from pathgene.host.errors import InputError
@@ -84,7 +85,7 @@ def test_the_paths_are_those_of_the_model(evaluator, board, search):
     around = old.around(flight.start)
     corners[around] = new.corners((flight.start, flight.goal))[around]
     assert np.array_equal(model.checking.terrain.heights, corners)
-    record = problem_record(board.config, flight, new)
+    record = problem_record(board.config, flight, new, COARSE_BLOCKS)
     outcome = model_plan(board.config, corners, record, replan_options(board.config, 3), population)
     assert runs_of(after)[0]["waypoints"] == [len(path) for path in outcome.paths]
     paths = [

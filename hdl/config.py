@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import functools
 import hashlib
 import json
 from dataclasses import dataclass
@@ -383,7 +384,7 @@ class Config:
         mutation = self.mutators + self.patches * self.candidates
         return max(self.crossovers, self.survivors, mutation)
 
-    @property
+    @functools.cached_property
     def build_id(self) -> int:
         """32-bit fingerprint of all fields, by which a host recognizes a chip built from them."""
         fields = dataclasses.asdict(self)

@@ -10,12 +10,13 @@ from __future__ import annotations
 import itertools
 import subprocess
 import sys
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
 
 from pathgene.hdl.config import GeneticCore
-from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.hdl.protocol.runs import WARM_SLOPES, RunOptions
 from pathgene.host.auv import PLANNERS as AUV_PLANNERS
 from pathgene.host.auv.field import PAPER_SAMPLES, AuvField, whole_angle
 from pathgene.host.auv.plan import evolve, terms
@@ -72,6 +73,12 @@ def compile_chip() -> None:
     with open_board(with_core("model:", GeneticCore.PLANNER)) as chip:
         task = ProblemOnChip(chip, problem, CornerMap(chip.config, problem))
         task.run(RunOptions(generations=10), ends=lambda _: False)
+        # A replan draws new zones on parts of the map.
+        ring = [(1000, 4000), (2000, 4000), (1500, 5000)]
+        zones = (*problem.zones, Zone.circle(4500, 1500, 300), Zone.polygon(ring))
+        changed = replace(problem, start=(900, 900, 300), zones=zones, start_heading_deg=45.0)
+        warm = RunOptions(generations=10, slopes=WARM_SLOPES, warm=True)
+        task.changed(changed).run(warm, ends=lambda _: False)
     url, _ = order_board("model:", None)
     with open_board(url) as chip:
         chip.upload_map(np.zeros((16, 16), dtype=np.uint16))

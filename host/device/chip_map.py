@@ -90,30 +90,32 @@ def map_frames(
             yield header + _packed(config, cells), (slice(bottom, above), slice(left, right))
 
 
-def changed_parts(config: Config, changed: NDArray[np.bool_]) -> Iterator[tuple[slice, slice]]:
+def changed_parts(
+    config: Config, before: NDArray[np.int32], after: NDArray[np.integer]
+) -> Iterator[tuple[slice, slice]]:
     """Yield rows and columns of rectangles, one per frame of the map, that cover all changes.
 
     Each rectangle is as small as its changes allow.
 
     Parameters
     ----------
-    changed : ndarray
-        ``(map_size, map_size)`` bool, [y, x].
+    before, after : ndarray
+        ``(map_size, map_size)`` integers, [y, x].
     """
+    # Loads numba, which compiles the kernel.
+    from pathgene.host.problem.compiled.changes import find_changes
+
     width, height = _tile(config)
-    # For few changes, a flat search takes a hundredth of the time of one by rows and columns.
-    y, x = np.divmod(np.flatnonzero(changed), config.map_size)
-    tiles = y // height * config.map_size + x // width
-    order = np.argsort(tiles, kind="stable")
-    y, x = y[order], x[order]
-    _, firsts = np.unique(tiles[order], return_index=True)
-    for rows, columns in zip(*(np.split(each, firsts[1:]) for each in (y, x)), strict=True):
-        if rows.size:
-            yield _from_to(rows), _from_to(columns)
-
-
-def _from_to(places: NDArray[np.intp]) -> slice:
-    return slice(int(places.min()), int(places.max()) + 1)
+    boxes = np.zeros((-(-config.map_size // height), -(-config.map_size // width), 4), np.int32)
+    boxes[..., ::2] = config.map_size
+    if after.dtype != np.uint16:
+        # A step outside 32 bits differs all the same, and is refused with its frame.
+        limits = np.iinfo(np.int32)
+        after = np.clip(after, limits.min, limits.max).astype(np.int32)
+    find_changes(before, np.ascontiguousarray(after), (height, width), boxes)
+    changed = boxes.reshape(-1, 4)[boxes[..., 1].ravel() > 0]
+    for south, north, west, east in changed.tolist():
+        yield slice(south, north), slice(west, east)
 
 
 def _tile(config: Config) -> tuple[int, int]:
@@ -141,14 +143,14 @@ Frame = tuple[bytes, tuple[slice, slice]]
 
 def drawn_corners(shape: NoFlyShape) -> NDArray[np.bool_]:
     """Return which corners of the box of a shape lie in it, (rows, columns) bool."""
-    u = np.arange(shape.last_x - shape.first_x + 1)
-    v = np.arange(shape.last_y - shape.first_y + 1)[:, None]
-    drawn = np.ones((len(v), len(u)), dtype=bool)
-    for number, (at, east, north) in enumerate(shape.edges):
-        value = at + east * u + north * v
-        if number == 0:
-            value = value - shape.bend_x * u**2 - shape.bend_y * v**2
-        drawn &= value >= 0
+    # Loads numba, which compiles the kernel.
+    from pathgene.host.problem.compiled.corners import draw
+
+    drawn = np.empty(
+        (shape.last_y - shape.first_y + 1, shape.last_x - shape.first_x + 1), dtype=bool
+    )
+    edges = np.array(shape.edges, dtype=np.int64).reshape(-1, 3)
+    draw(edges, (shape.bend_x, shape.bend_y), drawn)
     return drawn
 
 
@@ -227,7 +229,7 @@ class MapCopy:
             )
         frames = [
             frame
-            for rows, columns in changed_parts(self._config, self._heights != heights)
+            for rows, columns in changed_parts(self._config, self._heights, heights)
             for frame in map_frames(self._config, heights[rows, columns], columns.start, rows.start)
         ]
         self._send(frames, heights, 0, 0, progress)

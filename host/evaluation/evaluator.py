@@ -83,12 +83,16 @@ class Evaluator:
 
         self._kernels = kernels
         self._bare = constants_of(problem, self.ds_m)
-        self._strict: StrictRule | None = None
-        if problem.rules is not None:
-            from pathgene.host.evaluation.strict_rule import StrictRule
-
-            self._strict = StrictRule(problem, self._bare)
         self._pool: ThreadPoolExecutor | None = None
+
+    @cached_property
+    def _strict(self) -> StrictRule | None:
+        """The strict rule, which a replan makes while the chip already searches."""
+        if self.problem.rules is None:
+            return None
+        from pathgene.host.evaluation.strict_rule import StrictRule
+
+        return StrictRule(self.problem, self._bare)
 
     def among(self, zones: tuple[Zone, ...]) -> Evaluator:
         """Return the evaluator of the same problem with other zones.

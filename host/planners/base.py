@@ -268,7 +268,10 @@ class Run:
         self._worst_kept = -math.inf
         self._started = time.perf_counter()
         self._compiled_s = _compiling_s()
-        self._observer = self.progress if isinstance(self.progress, Observer) else None
+        self._observer: Observer | None = None
+        # A check against a protocol takes a tenth of a millisecond.
+        if self.progress is not None and isinstance(self.progress, Observer):
+            self._observer = self.progress
 
     @contextlib.contextmanager
     def phase(self, name: str) -> Iterator[None]:

@@ -171,13 +171,17 @@ class ChipMap:
         nodes = self.nodes_of(rows, columns)
         if any(places.start >= places.stop for places in nodes):
             return heights
+        # Loads numba, which compiles the kernels.
+        from pathgene.host.problem.compiled.corners import cell_heights
+
         elevation, is_blocked = self._problem.search_part(*nodes)
-        steps = np.ceil((elevation - self.base_m) / self.step_m)
-        # The difference may have been rounded down to a step that lies below the ground.
-        steps += self.base_m + steps * self.step_m < elevation
-        steps = np.where(is_blocked, blocked, steps)
-        highest = self.highest_of(steps, rows, columns)
-        heights[: highest.shape[0], : highest.shape[1]] = highest
+        cell_heights(
+            np.ascontiguousarray(elevation),
+            np.ascontiguousarray(is_blocked),
+            self.first_nodes_of(rows, columns),
+            (self.base_m, self.step_m, blocked),
+            heights,
+        )
         return heights
 
     def nodes_of(self, rows: slice, columns: slice) -> tuple[slice, slice]:
@@ -194,24 +198,18 @@ class ChipMap:
         )
         return slice(south, north), slice(west, east)
 
-    def highest_of(self, nodes: NDArray[Any], rows: slice, columns: slice) -> NDArray[Any]:
-        """Return the highest node of each cell that has nodes, in a part of the map.
+    def first_nodes_of(
+        self, rows: slice, columns: slice
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the first node of each row and column of cells of a part, and the end.
 
-        Parameters
-        ----------
-        nodes : ndarray
-            A value for each node of :meth:`nodes_of` that part.
-        rows, columns : slice
-            The part.
+        Nodes are counted from the first of :meth:`nodes_of`. Cells without a node are left out.
         """
         by_row, by_column = (
-            first[:-1][cells] - first[cells.start]
+            first[cells.start : cells.stop + 1] - first[cells.start]
             for first, cells in zip(self._first_nodes, (rows, columns), strict=True)
         )
-        highest: NDArray[Any] = np.maximum.reduceat(
-            np.maximum.reduceat(nodes, by_row, axis=0), by_column, axis=1
-        )
-        return highest
+        return by_row, by_column
 
     @functools.cached_property
     def _first_nodes(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -82,10 +82,10 @@ class CornerMap(ChipMap):
             self._config.blocked_altitude,
             dtype=np.uint16,
         )
-        pairs = np.maximum(cells[:-1], cells[1:])
-        corners[: cells.shape[0] - 1, : cells.shape[1] - 1] = np.maximum(
-            pairs[:, :-1], pairs[:, 1:]
-        )
+        # Loads numba, which compiles the kernels.
+        from pathgene.host.problem.compiled.corners import corners_of_cells
+
+        corners_of_cells(cells, corners)
         for end in ends:
             self._lower_around(end, EASES[ease], corners, cells, rows, columns)
         return corners
@@ -99,23 +99,24 @@ class CornerMap(ChipMap):
         rows: slice,
         columns: slice,
     ) -> None:
+        from pathgene.host.problem.compiled.corners import lower_corners
+
         x, y, altitude = self.nearest_corner(end)
-        beside_rows, beside_columns = self._near(end, ease.corners)
-        for v in range(max(beside_rows.start, rows.start), min(beside_rows.stop, rows.stop)):
-            for u in range(
-                max(beside_columns.start, columns.start), min(beside_columns.stop, columns.stop)
-            ):
-                row, column = v - rows.start, u - columns.start
-                four = cells[row : row + 2, column : column + 2].astype(np.int64)
-                highest = int(four.max())
-                if highest == self._config.blocked_altitude:
-                    continue
-                if (u, v) == (x, y):
-                    top = altitude
-                else:
-                    mean = float(four.mean())
-                    top = max(altitude, math.ceil(mean + ease.share * (highest - mean)))
-                corners[row, column] = min(int(corners[row, column]), top)
+        near_rows, near_columns = self._near(end, ease.corners)
+        south, west = rows.start, columns.start
+        lower_corners(
+            corners,
+            cells,
+            (
+                max(near_rows.start - south, 0),
+                min(near_rows.stop, rows.stop) - south,
+                max(near_columns.start - west, 0),
+                min(near_columns.stop, columns.stop) - west,
+            ),
+            (x - west, y - south, altitude),
+            ease.share,
+            self._config.blocked_altitude,
+        )
 
     def around(self, end: Point) -> tuple[slice, slice]:
         """Return rows and columns of the corners around an end that easing may lower."""
@@ -197,14 +198,13 @@ class CornerMap(ChipMap):
 
         Heights and times of the zone are ignored.
         """
+        from pathgene.host.problem.compiled.corners import mark_beside
+
         wide = slice(rows.start, rows.stop + 1), slice(columns.start, columns.stop + 1)
         nodes = self.nodes_of(*wide)
         blocked = blocked_cells([zone], self._problem.terrain, self._margin_m, nodes)
         corners = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=bool)
-        cells = self.highest_of(blocked, *wide)
-        pairs = cells[:-1] | cells[1:]
-        both = pairs[:, :-1] | pairs[:, 1:]
-        corners[: both.shape[0], : both.shape[1]] = both
+        mark_beside(blocked, self.first_nodes_of(*wide), corners)
         return corners
 
     @property

@@ -127,7 +127,7 @@ def _ground(name: str, terrain: Terrain, x: float, y: float) -> float:
             f"The {name} at ({x:.10g}, {y:.10g}) is outside the map, which reaches from "
             f"(0, 0) to ({terrain.width_m:g}, {terrain.height_m:g}) m{_local_hint(terrain, x, y)}."
         )
-    ground = float(terrain.ground(x, y))
+    ground = float(terrain.elevation[terrain.nearest_node(x, y)])
     if math.isnan(ground):
         raise InputError(
             f"The {name} at ({x:g}, {y:g}) is over a void of the terrain; move it, or "

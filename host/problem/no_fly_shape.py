@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from pathgene.hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES, NoFlyShape
+from pathgene.host.problem.compiled.corners import extent, least_values
 from pathgene.host.problem.corner_map import CornerMap
 from pathgene.host.problem.zones import Zone
 
@@ -28,36 +29,56 @@ def no_fly_shape(
     :meth:`CornerMap.around_zone` of the map, if they are known.
     """
     rows, columns = grid.around_zone(zone)
-    y, x = np.nonzero(grid.beside(zone, rows, columns) if inside is None else inside)
-    if len(x) == 0:
+    if inside is None:
+        inside = grid.beside(zone, rows, columns)
+    west, south, east, north = extent(inside)
+    if east < west:
         return None
-    x, y = x + columns.start, y + rows.start
-    first = np.array((x.min(), y.min()))
-    places = np.column_stack((x, y)) - first
-    bend = np.zeros(2, dtype=np.int64)
+    bend = 0, 0
     if zone.footprint.disc is not None:
         # Squared distance from the centre, (u - centre)**2, each axis in units of its cell side.
-        from_origin_m = np.subtract(zone.footprint.disc[:2], grid.origin_m)
-        centre = from_origin_m / grid.scale_m - 0.5 - first
-        weights = (np.array(grid.scale_m) / max(grid.scale_m)) ** 2
-        scale = min(_MOST_BEND, _MOST_FALL / (2 * max(np.abs(weights * centre).max(), 1e-9)))
-        bend = np.maximum(np.rint(scale * weights), 1).astype(np.int64)
-        falls = np.clip(np.rint(2 * bend * centre), -_MOST_FALL, _MOST_FALL)[None].astype(np.int64)
+        centre = [
+            (at - origin_m) / side_m - 0.5 - (first + place)
+            for at, origin_m, side_m, first, place in zip(
+                zone.footprint.disc[:2],
+                grid.origin_m,
+                grid.scale_m,
+                (columns.start, rows.start),
+                (west, south),
+                strict=True,
+            )
+        ]
+        widest_m = max(grid.scale_m)
+        weights = [(side_m / widest_m) * (side_m / widest_m) for side_m in grid.scale_m]
+        farthest = max(abs(weight * at) for weight, at in zip(weights, centre, strict=True))
+        scale = min(_MOST_BEND, _MOST_FALL / (2 * max(farthest, 1e-9)))
+        bend = max(round(scale * weights[0]), 1), max(round(scale * weights[1]), 1)
+        falls = np.array(
+            [
+                [
+                    min(max(round(2 * each * at), -_MOST_FALL), _MOST_FALL)
+                    for each, at in zip(bend, centre, strict=True)
+                ]
+            ],
+            dtype=np.int64,
+        )
     else:
-        falls = _inward(places)
+        y, x = np.nonzero(inside)
+        falls = _inward(np.column_stack((x - west, y - south)))
     # Every corner of the zone is on the inner side; the outermost is just inside.
-    least = (places @ falls.T - (places**2 @ bend)[:, None]).min(axis=0)
+    least = np.full(len(falls), np.iinfo(np.int64).max)
+    least_values(inside, (west, south), falls, bend, least)
     return NoFlyShape(
-        first_x=int(first[0]),
-        first_y=int(first[1]),
-        last_x=int(x.max()),
-        last_y=int(y.max()),
+        first_x=columns.start + west,
+        first_y=rows.start + south,
+        last_x=columns.start + east,
+        last_y=rows.start + north,
         edges=tuple(
-            (-int(low), int(east), int(north))
-            for low, (east, north) in zip(least, falls, strict=True)
+            (-low, east, north)
+            for low, (east, north) in zip(least.tolist(), falls.tolist(), strict=True)
         ),
-        bend_x=int(bend[0]),
-        bend_y=int(bend[1]),
+        bend_x=bend[0],
+        bend_y=bend[1],
     )
 
 

@@ -33,6 +33,8 @@ __all__ = ["SMALLEST_DS_M", "Problem"]
 SMALLEST_DS_M = 1e-3
 # Maximum samples along the way: at an eighth of the step, a track has ten times as many.
 _MOST_SAMPLES = 500_000
+# No point outside a zone's box by more is in the zone, whatever the rounding.
+_NEAR_M = 1.0
 _SAFE = Rules()
 _NOT_READ = Reading({"files": []})
 
@@ -384,9 +386,14 @@ class Problem:
         """
         x, y, z = point
         if self.rules is None:
-            row, column = map(int, self.terrain.nearest_nodes(x, y))
+            row, column = self.terrain.nearest_node(x, y)
             x, y = column * self.terrain.dx_m, row * self.terrain.dy_m
         for zone in self.zones:
+            west, south, east, north = zone.footprint.box
+            if not (
+                west - _NEAR_M <= x <= east + _NEAR_M and south - _NEAR_M <= y <= north + _NEAR_M
+            ):
+                continue
             if not bool(zone.covers(np.array([x]), np.array([y]))[0, 0]):
                 continue
             if self.rules is None or (

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +21,11 @@ from pathgene.host.problem.surroundings import around
 from pathgene.host.problem.zone_raster import Part, blocked_cells
 from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
-from pathgene.host.terrain.surface import ANY_VOID_M, VOID_M, surface_below
+from pathgene.host.terrain.surface import ANY_VOID_M, VOID_M
 
+
+if TYPE_CHECKING:
+    from pathgene.host.problem.compiled.floors import EndDemand, NearEnd
 
 __all__ = ["Demand", "SearchRasters"]
 
@@ -73,7 +77,10 @@ class Demand:
     def of(terrain: Terrain, start: Point, goal: Point, aircraft: Aircraft, rules: Rules) -> Demand:
         """Return the required clearance of a flight."""
         ends = np.array([start, goal])
-        below = surface_below(terrain, ends[:, 0], ends[:, 1])
+        # Loads numba, which compiles the kernel.
+        from pathgene.host.problem.compiled.surfaces import surfaces_below
+
+        below = surfaces_below(terrain, np.ascontiguousarray(ends[:, :2].T), math.inf)
         surroundings = around(terrain, rules.corridor_m)
         beside = np.array(
             [
@@ -110,6 +117,19 @@ class Demand:
             away = np.maximum(np.hypot(x - at_x, y - at_y) - nearer_m, 0.0)
             required = np.minimum(required, height + slope * away)
         return required
+
+    def packed(self) -> tuple[EndDemand, EndDemand]:
+        """Return the demand of both ends, as the kernels take it."""
+        # Loads numba.
+        from pathgene.host.problem.compiled.floors import EndDemand
+
+        start, goal = (
+            EndDemand(*end, height, beside, slope)
+            for end, height, beside, slope in zip(
+                self.ends, self.heights_m, self.heights_beside_m, self.slopes, strict=True
+            )
+        )
+        return start, goal
 
 
 class SearchRasters:
@@ -169,8 +189,8 @@ class SearchRasters:
             ground = terrain.elevation[part]
             roof = np.where(np.isnan(ground), np.inf, ground + rules.ceiling_agl_m)
         # All zones without heights and times at once: there may be thousands.
-        plain = [zone for zone in zones if not zone.limits.keys() - {"name"}]
-        limited = [zone for zone in zones if zone.limits.keys() - {"name"}]
+        plain = [zone for zone in zones if not zone.is_limited]
+        limited = [zone for zone in zones if zone.is_limited]
         self.nofly = blocked_cells(plain, terrain, rules.zone_margin_m, part)
         self.at_times = np.zeros(self.nofly.shape, dtype=bool)
         at_times = []
@@ -213,30 +233,30 @@ def _floor(terrain: Terrain, demand: Demand, corridor_m: float, part: Part) -> F
     ]
     # A part of the map seldom reaches an end.
     near_ends = [
-        each
-        for each in zip(windows, demand.ends, demand.slopes, demand.heights_beside_m, strict=True)
-        if not each[0].is_empty
+        (number, window.near_end(demand.clearance_m, half_diagonal))
+        for number, window in enumerate(windows)
+        if not window.is_empty
     ]
-    for window, *_ in near_ends:
-        required = demand.required_m(window.x, window.y, -half_diagonal, beside=True)
-        floor[window.here] = highest[window.here] + required
-    # At the ends a node requires no more than the aircraft can climb from there.
-    for window, (at_x, at_y, z), slope, height in near_ends:
-        x, y = window.x, window.y
-        there = floor[window.here]
-        away = np.maximum(np.hypot(x - at_x, y - at_y) - half_diagonal, 0.0)
-        # The raster requires more than the rule where the ground rises from node to node.
-        ramp_m = (max(demand.clearance_m - height, 0.0) + demand.clearance_m) / slope
-        near = away <= _CELLS_AT_ENDS * half_diagonal + ramp_m
-        heights = terrain.elevation[window.nodes]
-        least = np.where(np.isnan(heights), VOID_M, heights)
-        least = least + demand.required_m(x, y, half_diagonal)
-        steepest = _SHARE_OF_CLIMB * 2.0 * slope
-        eased = np.maximum(least, np.minimum(there, z + steepest * away))
-        eased = np.minimum(eased, np.where(away == 0, z - _BELOW_ENDS_M, np.inf))
-        # Nodes near a void are not lowered, unless the end itself is next to the void.
-        near &= (there < ANY_VOID_M) | (away <= _CELLS_AT_ENDS * half_diagonal)
-        floor[window.here] = np.where(near, eased, there)
+    if near_ends:
+        # Loads numba, which compiles the kernels.
+        from pathgene.host.problem.compiled import floors
+
+        ends = demand.packed()
+        for _, near in near_ends:
+            floors.require_near_end(floor, highest, near, *ends)
+        # At the ends a node requires no more than the aircraft can climb from there.
+        for number, near in near_ends:
+            end = ends[number]
+            # The raster requires more than the rule where the ground rises from node to node.
+            missing_m = max(demand.clearance_m - end.beside_m, 0.0) + demand.clearance_m
+            around_m = _CELLS_AT_ENDS * half_diagonal
+            ramp = (
+                around_m + missing_m / end.slope,
+                around_m,
+                _SHARE_OF_CLIMB * 2.0 * end.slope,
+                end.altitude_m - _BELOW_ENDS_M,
+            )
+            floors.ease_near_end(floor, terrain.elevation, near, ends, number, ramp)
     floor[floor > ANY_VOID_M] = np.nan
     if corridor_m > 0:
         _block_edges(floor, terrain, demand.ends, corridor_m, part)
@@ -325,6 +345,27 @@ class _Window:
     def is_empty(self) -> bool:
         """True if the part has no such node."""
         return any(nodes.start >= nodes.stop for nodes in self.nodes)
+
+    def near_end(self, clearance_m: float, half_diagonal_m: float) -> NearEnd:
+        """Return the nodes as the kernels take them."""
+        # Loads numba.
+        from pathgene.host.problem.compiled.floors import NearEnd
+
+        (rows, columns), terrain = self.nodes, self._terrain
+        return NearEnd(
+            rows.start,
+            rows.stop,
+            columns.start,
+            columns.stop,
+            rows.start - self.here[0].start,
+            columns.start - self.here[1].start,
+            terrain.dx_m,
+            terrain.dy_m,
+            clearance_m,
+            half_diagonal_m,
+            VOID_M,
+            ANY_VOID_M,
+        )
 
     @property
     def x(self) -> Floats:

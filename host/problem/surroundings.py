@@ -58,7 +58,7 @@ class Surroundings:
         If no surface around the nearest node's square is above ``enough_m``, its highest is
         returned.
         """
-        row, column = map(int, terrain.nearest_nodes(x, y))
+        row, column = terrain.nearest_node(x, y)
         if self._nodes is None:
             # The planners may need the rasters of a part of the map only.
             place = slice(row, row + 1), slice(column, column + 1)

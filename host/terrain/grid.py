@@ -253,6 +253,15 @@ class Terrain:
         rows, columns = self.shape
         return _nearest(y, self.dy_m, rows), _nearest(x, self.dx_m, columns)
 
+    def nearest_node(self, x: float, y: float) -> tuple[int, int]:
+        """Return row and column of the node nearest to a point, as :meth:`nearest_nodes` does."""
+        rows, columns = self.shape
+        row, column = (
+            math.floor(min(max(at / side + 0.5, 0.0), float(nodes - 1)))
+            for at, side, nodes in ((y, self.dy_m, rows), (x, self.dx_m, columns))
+        )
+        return row, column
+
     def to_local(self, lat: ArrayLike, lon: ArrayLike) -> tuple[Any, Any]:
         """Convert WGS84 latitude and longitude in degrees to local metres (x, y).
 

@@ -1,13 +1,14 @@
 """The surface that paths must clear: the higher of nearest node and interpolation.
 
 The compiled form for a single point is
-:func:`pathgene.host.evaluation.terrain_rule.surface_at`; both give the same numbers, bit for bit.
+:func:`pathgene.host.evaluation.terrain_rule.surface_at`, and for a few points
+:func:`pathgene.host.problem.compiled.surfaces.surfaces_below`; all give the same numbers, bit for
+bit.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,29 +34,21 @@ def surface_below(
     y: Floats,
     *,
     void_m: float = math.inf,
-    heights_in: Callable[[slice, slice], Floats] | None = None,
 ) -> Floats:
     """Return the surface below points (k,) of the frame, metres.
 
     Outside the map, the nearest point of its edge is used; see :func:`is_beyond`. If the nearest
     node, or one of the four nodes with a nonzero weight, is a void, the surface is ``void_m``:
     infinite for a rule that must reject voids, NaN for a figure that is unknown there.
-
-    With ``heights_in``, the surface is one over the terrain whose heights in rows and columns of
-    nodes this returns; it is called once, with the nodes around the points.
     """
     rows, columns = terrain.shape
     gx = np.clip(x / terrain.dx_m, 0, columns - 1)
     gy = np.clip(y / terrain.dy_m, 0, rows - 1)
     column = np.minimum(gx.astype(np.intp), columns - 2)
     row = np.minimum(gy.astype(np.intp), rows - 2)
-    elevation, south, west = terrain.elevation, 0, 0
-    if heights_in is not None:
-        south, west = int(row.min()), int(column.min())
-        elevation = heights_in(slice(south, int(row.max()) + 2), slice(west, int(column.max()) + 2))
 
     def height(row: NDArray[np.integer], column: NDArray[np.integer]) -> Floats:
-        heights: Floats = elevation[row - south, column - west]
+        heights: Floats = terrain.elevation[row, column]
         return np.where(np.isnan(heights), VOID_M, heights)
 
     east, north = gx - column, gy - row

@@ -27,10 +27,10 @@ from pathgene.hdl.protocol.planner import (
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation.fuel import thrust_needed
 from pathgene.host.evaluation.reference import problem_utopia
+from pathgene.host.problem.compiled.surfaces import nodes_around, surfaces_below
 from pathgene.host.problem.corner_map import CornerMap
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
-from pathgene.host.terrain.surface import surface_below
 
 
 __all__ = ["block_shift", "chip_ends", "committed_points", "problem_record", "whole_path"]
@@ -181,14 +181,16 @@ def _ahead(problem: Problem, end: Point, way: tuple[float, float], steepest_rad:
                 run_m, (left_m - corridor_m if left_m > corridor_m else left_m) / abs(along)
             )
     share = np.arange(1, _PLACES + 1) / _PLACES
-    x, y = (at + share * run_m * along for at, along in zip(end[:2], way, strict=True))
+    points = np.array([at + share * run_m * along for at, along in zip(end[:2], way, strict=True)])
+    part = nodes_around(terrain, points)
     # Blocked nodes need no height: no path passes there.
-    surface = surface_below(
-        terrain, x, y, void_m=-math.inf, heights_in=lambda *part: problem.search_part(*part)[0]
+    surface = surfaces_below(
+        terrain, points, -math.inf, problem.search_part(*part)[0], (part[0].start, part[1].start)
     )
     needed_m = float(((surface - end[2]) / share).max())
     rise_m = min(max(needed_m, 0.0), _SHARE_OF_SLOPE * math.tan(steepest_rad) * run_m)
-    return float(x[-1]), float(y[-1]), end[2] + rise_m
+    x, y = points[:, -1].tolist()
+    return x, y, end[2] + rise_m
 
 
 def _end(name: str, place: tuple[int, int, int]) -> dict[str, int]:

@@ -61,7 +61,9 @@ def test_changes_are_in_parts_of_a_frame_each(config, share):
     changed = rng.random((config.map_size,) * 2) < share
     heights = np.zeros(changed.shape, int)
     times = np.zeros(changed.shape, int)
-    for rows, columns in changed_parts(config, changed):
+    before = np.full(changed.shape, 7, dtype=np.int32)
+    after = np.where(changed, 8, 7)
+    for rows, columns in changed_parts(config, before, after):
         ((_, cells),) = map_frames(config, heights[rows, columns], columns.start, rows.start)
         assert cells == (rows, columns)
         inside = changed[cells]

@@ -131,6 +131,8 @@ class Link:
         self._latest_session = 0
         self._credit = 0
         self._next = 0
+        # The latest command was refused, and the next one gets its number.
+        self._is_refused = False
         transport.timeout = timeout_s
         transport.write_timeout = self.patience_s = attempts * timeout_s
 
@@ -178,6 +180,7 @@ class Link:
             If another host has opened a session since.
         """
         self.session = None
+        self._is_refused = False
         self._latest_session = previous
         self._credit = credit
         session = self._open_next(previous)
@@ -253,20 +256,51 @@ class Link:
         """
         return self._deliver([Request(code, (payload,)) for code, payload in commands])
 
-    def order(self, commands: Sequence[tuple[int, bytes]]) -> None:
+    def poll(self, command: int) -> tuple[bytes | None, bytes | None]:
+        """Send a command and STATUS at once, and wait for both.
+
+        Returns
+        -------
+        (bytes or None, bytes or None)
+            Payloads of both answers. If the chip is busy and refuses the command, both are None,
+            and the session stays open. On a bad line an answer may be missing, too.
+
+        Raises
+        ------
+        RefusedError
+            If the chip refuses the command for another reason.
+        LinkTimeoutError
+            If there is no answer.
+        """
+        polled, status = Request(command, (b"",), is_poll=True), Request(Command.STATUS, (b"",))
+        try:
+            self._wait_for([polled, status])
+        except RefusedError:
+            if not polled.is_refused:
+                raise
+            return None, None
+        return polled.answer, status.answer
+
+    def order(
+        self,
+        commands: Sequence[tuple[int, bytes]],
+        meanwhile: Callable[[], object] = lambda: None,
+    ) -> None:
         """Have commands executed exactly once, in order. Their answers carry no payload.
 
         Parameters
         ----------
         commands : sequence of (int, bytes)
             As for :meth:`transfer`.
+        meanwhile : callable
+            Called once, when all commands have been sent, before the wait for the answers.
 
         Raises
         ------
         RefusedError, LinkTimeoutError
             As :meth:`transfer` does.
         """
-        self._wait_for([Request(code, (payload,)) for code, payload in commands])
+        self._wait_for([Request(code, (payload,)) for code, payload in commands], meanwhile)
 
     def _deliver(self, requests: Sequence[Request]) -> list[bytes]:
         missing = list(requests)
@@ -275,7 +309,9 @@ class Link:
             missing = [request for request in missing if request.answer is None]
         return [request.answer or b"" for request in requests]
 
-    def _wait_for(self, requests: Sequence[Request]) -> None:
+    def _wait_for(
+        self, requests: Sequence[Request], meanwhile: Callable[[], object] = lambda: None
+    ) -> None:
         """Wait until the chip has executed the requests, in order."""
         if self.session is None:
             raise LinkError("No session with the board is open; open the board again.")
@@ -285,27 +321,47 @@ class Link:
                 raise ValueError(f"Payload must have at most {room} bytes, not {len(payload)}")
         session, self.session = self.session, None
         self.traffic.exchanges += 1
+        if self._is_refused and not requests[0].is_poll:
+            self._fill_number(session)
+        self._is_refused = False
         try:
-            self._exchange(session, requests)
+            self._exchange(session, requests, meanwhile)
         except RefusedError:
-            if len(requests) == 1 and len(requests[0].payloads) == 1:
-                # A refusal leaves its number to the next command, which must not get a late answer
-                # to this one: STATUS uses the number up.
-                self._exchange(session, [Request(Command.STATUS, (b"",), is_filler=True)])
-                self._next = (self._next + 1) % 256
+            # A refusal leaves its number to the next command, which must not get a late answer to
+            # this one: STATUS uses the number up. The same poll may get a late answer.
+            self._is_refused = True
+            is_alone = len(requests) == 1 and len(requests[0].payloads) == 1
+            if is_alone:
+                self._fill_number(session)
+            if is_alone or requests[0].is_refused:
                 self.session = session
             raise
         self._next = (self._next + len(requests)) % 256
         self.session = session
 
-    def _exchange(self, session: int, requests: Sequence[Request]) -> None:
+    def _fill_number(self, session: int) -> None:
+        """Use the number of a refused command up."""
+        self._exchange(session, [Request(Command.STATUS, (b"",), is_filler=True)])
+        self._next = (self._next + 1) % 256
+        self._is_refused = False
+
+    def _exchange(
+        self,
+        session: int,
+        requests: Sequence[Request],
+        meanwhile: Callable[[], object] = lambda: None,
+    ) -> None:
         """Send ``requests`` until the last has its answer: go-back-N within the credit."""
         window = Window(self._next)
+        is_awaited = False
         silences = 0
         deadline = self._deadline()
         while window.confirmed < len(requests):
             before = self._clock()
             self._fill(session, requests, window, silences)
+            if not is_awaited and window.sent == len(requests):
+                is_awaited = True
+                meanwhile()
             deadline += self._clock() - before
             confirmed = window.confirmed
             frames = self._receive(deadline)
@@ -409,6 +465,9 @@ def _take(requests: Sequence[Request], window: Window, body: bytes) -> None:
         raise _taken()
     index = window.index(sequence)
     if status == Status.OUT_OF_ORDER:
+        if requests[0].is_refused:
+            # The STATUS after the poll, whose number the chip still expects.
+            raise RefusedError(requests[0].code, Status.BUSY)
         if window.confirmed <= index < window.sent:
             window.go_back(index)
     elif not 0 <= index < window.sent:
@@ -422,6 +481,9 @@ def _take(requests: Sequence[Request], window: Window, body: bytes) -> None:
         if index < window.sent - 1:
             window.confirm(index)
     elif index >= window.confirmed and not requests[index].is_filler:
+        if status == Status.BUSY and requests[index].is_poll:
+            requests[index].is_refused = True
+            return
         raise RefusedError(requests[index].code, status)
 
 

@@ -32,12 +32,13 @@ class Orders:
         self._link = link
         self._batch: _Batch | None = None
 
-    def together(self) -> _Batch:
+    def together(self, meanwhile: Callable[[], object] = _nothing) -> _Batch:
         """Return a context that collects commands and sends them when it ends.
 
-        A full batch of 64 is sent early. The context must not send any other request.
+        A full batch of 64 is sent early. The context must not send any other request. When the
+        last commands have been sent, ``meanwhile`` is called, before the wait for their answers.
         """
-        return _Batch(self, self._link)
+        return _Batch(self, self._link, meanwhile)
 
     def enter(self, batch: _Batch | None) -> None:
         """Collect further commands in ``batch``, or send them directly if it is None."""
@@ -73,8 +74,10 @@ class Orders:
 class _Batch:
     """Commands to send together, and the functions to call if they are lost."""
 
-    def __init__(self, orders: Orders, link: Link) -> None:
-        self._orders, self._link = orders, link
+    def __init__(
+        self, orders: Orders, link: Link, meanwhile: Callable[[], object] = _nothing
+    ) -> None:
+        self._orders, self._link, self._meanwhile = orders, link, meanwhile
         self._commands: list[tuple[int, bytes]] = []
         self._lost: list[Callable[[], object]] = []
 
@@ -92,7 +95,7 @@ class _Batch:
     ) -> None:
         try:
             if kind is None:
-                self.send()
+                self.send(self._meanwhile)
         finally:
             self._orders.enter(None)
             self.forget()
@@ -102,10 +105,10 @@ class _Batch:
         self._lost.append(lost)
         self._commands += commands
 
-    def send(self) -> None:
+    def send(self, meanwhile: Callable[[], object] = _nothing) -> None:
         """Send all commands, and wait until the chip has executed them."""
         if self._commands:
-            self._link.order(self._commands)
+            self._link.order(self._commands, meanwhile)
         self._commands.clear()
         self._lost.clear()
 

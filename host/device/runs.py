@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol.codes import UNITS, Command, Status
+from pathgene.hdl.protocol.codes import UNITS, Command
 from pathgene.hdl.protocol.messages import status_reply
 from pathgene.hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass, ProblemRecord
 from pathgene.hdl.protocol.runs import RunOptions, unpack_best
 from pathgene.host.device.chip_map import MapCopy
-from pathgene.host.device.link import Link, LinkTimeoutError, RefusedError
+from pathgene.host.device.link import Link, LinkTimeoutError
 from pathgene.host.device.orders import Orders
 
 
@@ -69,8 +70,8 @@ class BestPaths:
 class Runs:
     """Runs of the planner on a chip.
 
-    During a run, only :meth:`status`, :meth:`stop`, :meth:`end` and :meth:`best_if_over` are
-    answered; the chip refuses all other methods, and writes of the map, with
+    During a run, only :meth:`status`, :meth:`stop`, :meth:`end` and :meth:`poll` are answered; the
+    chip refuses all other methods, and writes of the map, with
     :attr:`pathgene.hdl.protocol.codes.Status.BUSY`.
 
     Parameters
@@ -96,15 +97,19 @@ class Runs:
         self.started = 0
         self.may_continue = False
 
-    def together(self) -> AbstractContextManager[None]:
+    def together(
+        self, meanwhile: Callable[[], object] = lambda: None
+    ) -> AbstractContextManager[None]:
         """Return a context that sends its commands together and waits once for all of them.
 
+        When they have been sent, ``meanwhile`` is called, before the wait.
+
         It takes writes of the map and the commands of this object, except :meth:`status`,
-        :meth:`best` and :meth:`best_if_over`, which must not be called in it. Values out of range
+        :meth:`best` and :meth:`poll`, which must not be called in it. Values out of range
         are refused immediately. Refusals by the chip and failures of the line are raised when the
         context ends. If the chip refuses one of several commands, the session ends.
         """
-        return self._orders.together()
+        return self._orders.together(meanwhile)
 
     def set_problem(self, record: ProblemRecord) -> None:
         """Give the chip a problem on its map of corners.
@@ -151,8 +156,10 @@ class Runs:
 
     def status(self) -> RunStatus:
         """Return the progress of the latest run."""
-        layout = status_reply(self._config)
-        fields = layout.unpack(self._link.request(Command.STATUS))
+        return self._status(self._link.request(Command.STATUS))
+
+    def _status(self, payload: bytes) -> RunStatus:
+        fields = status_reply(self._config).unpack(payload)
         return RunStatus(
             bool(fields["running"]),
             fields["generation"],
@@ -189,15 +196,19 @@ class Runs:
 
     def best(self) -> BestPaths:
         """Return the paths of the latest run, best first; empty if the problem had no run."""
-        best = BestPaths(*unpack_best(self._config, self._link.request(Command.BEST)))
+        return self._best(self._link.request(Command.BEST))
+
+    def _best(self, payload: bytes) -> BestPaths:
+        best = BestPaths(*unpack_best(self._config, payload))
         self.may_continue = False
         return best
 
-    def best_if_over(self) -> BestPaths | None:
-        """Return the paths of the latest run as :meth:`best` does, or None before its end."""
-        try:
-            return self.best()
-        except RefusedError as error:
-            if error.status != Status.BUSY:
-                raise
+    def poll(self) -> tuple[BestPaths, RunStatus] | None:
+        """Return the paths and counts of the latest run, or None before its end.
+
+        Both are asked for together, so that the host waits once.
+        """
+        paths, told = self._link.poll(Command.BEST)
+        if paths is None:
             return None
+        return self._best(paths), self.status() if told is None else self._status(told)

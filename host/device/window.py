@@ -20,13 +20,19 @@ class Request:
     answer : bytes or None
         Payload of the answer; None before it arrives.
     is_filler : bool
-        Only the command's number matters: refusals answer an earlier command of that number.
+        The command has the number of a refused one: refusals answer that one.
+    is_poll : bool
+        The chip may be busy and refuse the command, which is then sent again with its number.
+    is_refused : bool
+        The chip has refused a poll.
     """
 
     code: int
     payloads: tuple[bytes, ...]
     answer: bytes | None = None
     is_filler: bool = False
+    is_poll: bool = False
+    is_refused: bool = False
 
 
 @dataclass

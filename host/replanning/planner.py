@@ -63,7 +63,7 @@ class PlanningTime:
     chip_s : float
         Time of cycles on the chip and bits on the line until the host has the paths.
     round_trips_s : float
-        Latency of requests and replies, and time of the STATUS after the last paths.
+        Latency of requests and replies, and time of the answer to STATUS after the last paths.
     """
 
     chip_s: float = 0.0

@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, encode_frame
+from pathgene.hdl.protocol.messages import status_reply
 from pathgene.hdl.protocol.planner import BLOCKS, COARSE_BLOCKS, NoFlyShape
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.device.chip import Chip
@@ -76,11 +78,11 @@ class Waits:
     after_zones : int
         Minimum number of these bytes that follow the zones; they arrive while the chip draws.
     answer : int
-        Bytes of the answer to RUN, and also of the refusal of a BEST.
-    request, paths : int
-        Bytes of BEST and of its answer, the paths.
-    status : int
-        Bytes of STATUS, which the host sends after BEST, and of its answer.
+        Bytes of the answer to RUN, and also of the refusal of a BEST or STATUS.
+    request : int
+        Bytes of BEST; a STATUS of the same size follows it.
+    paths, status : int
+        Bytes of their answers, in this order.
     """
 
     exchanges: int
@@ -249,13 +251,17 @@ class ProblemOnChip:
             self.run(_SCAN, lambda status: False)
 
     def run(
-        self, options: RunOptions, ends: Callable[[RunStatus], bool]
+        self,
+        options: RunOptions,
+        ends: Callable[[RunStatus], bool],
+        meanwhile: Callable[[], object] = lambda: None,
     ) -> tuple[RunStatus, BestPaths]:
         """Execute a run; return its status and its best paths.
 
         A run that was interrupted is ended first. Before the first run and after :meth:`ease`, the
-        chip gets its map and record with the command. During the run, ``ends`` is called every
-        10 ms and stops the run by returning True.
+        chip gets its map and record with the command. Once all commands have been sent,
+        ``meanwhile`` is called. During the run, ``ends`` is called every 10 ms and stops the run by
+        returning True.
         """
         runs = self.chip.runs
         config, traffic = self.chip.config, self.chip.link.traffic
@@ -263,7 +269,7 @@ class ProblemOnChip:
         if runs.may_continue and self.chip.link.session is not None:
             runs.end()
         before = dataclasses.replace(traffic)
-        with runs.together():
+        with runs.together(meanwhile):
             if not self._is_sent:
                 self._send()
             runs.start(options)
@@ -277,7 +283,7 @@ class ProblemOnChip:
         # The run continued while the answer arrived.
         began = asked - LINE_BITS * answer * config.clocks_per_bit / config.clock_hz
         before = dataclasses.replace(traffic)
-        while (best := runs.best_if_over()) is None:
+        while (polled := runs.poll()) is None:
             self.looks += 1
             now = time.monotonic()
             if now - reported >= _REPORT_S:
@@ -290,17 +296,17 @@ class ProblemOnChip:
             time.sleep(pause_s(limit_s, now - began, now - asked))
             asked = time.monotonic()
             before = dataclasses.replace(traffic)
-        asked_for, before = traffic.since(before), dataclasses.replace(traffic)
-        status = runs.status()
-        reported_in = traffic.since(before)
+        asked_for = traffic.since(before)
+        best, status = polled
+        told = len(encode_frame(bytes(BODY_HEADER_BYTES + status_reply(config).size)))
         self.waits = Waits(
-            exchanges=ordered.exchanges + 2,
+            exchanges=ordered.exchanges + 1,
             commands=ordered.bytes_to_board,
             after_zones=len(self._record.pack(config)) + len(options.pack(config)),
             answer=answer,
-            request=asked_for.bytes_to_board,
-            paths=asked_for.bytes_from_board,
-            status=reported_in.bytes_to_board + reported_in.bytes_from_board,
+            request=asked_for.bytes_to_board // 2,
+            paths=asked_for.bytes_from_board - told,
+            status=told,
         )
         self._runs_before = runs.started
         return status, best

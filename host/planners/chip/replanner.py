@@ -127,20 +127,25 @@ class ChipReplanner:
         before = self._latest
         run = Run(evaluator, options)
         problem = evaluator.problem
-        # The straight line, which leaves the start along its heading like the chip's paths.
-        with run.phase("map"):
-            straight = whole_path(problem, np.empty((0, 3)))
-        run.record(0, run.fitness([straight], strict=True))
+
+        def judge_straight_line() -> None:
+            """Record the line that leaves the start along its heading like the chip's paths."""
+            if not run.history:
+                straight = whole_path(problem, np.empty((0, 3)))
+                run.record(0, run.fitness([straight], strict=True))
+
         try:
             with run.phase("map"):
                 task = before._task.changed(problem)
             with run.search():
-                runs = ChipRuns(task, run, repairs=True)
+                # The chip searches at the same time.
+                runs = ChipRuns(task, run, repairs=True, meanwhile=judge_straight_line)
                 runs.search(_runs(task, options.seed))
             run.hardware = runs.hardware()
             run.seconds["board"] = runs.cycles / task.chip.config.clock_hz
         except JobError as error:
             run.failure = str(error)
+        judge_straight_line()
         result = run.result()
         if not task.is_warm:
             return result

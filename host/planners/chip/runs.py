@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -33,12 +33,20 @@ class ChipRuns:
     repairs : bool
         If no path of a run is feasible, the best is repaired and, after the first run, the second
         best too; see :func:`pathgene.host.planners.grid.repairs.repair`.
+    meanwhile : callable
+        Called in each run, when its commands have been sent.
     """
 
     def __init__(
-        self, task: ProblemOnChip, run: Run, *, polishes: bool = False, repairs: bool = False
+        self,
+        task: ProblemOnChip,
+        run: Run,
+        *,
+        polishes: bool = False,
+        repairs: bool = False,
+        meanwhile: Callable[[], object] = lambda: None,
     ) -> None:
-        self._task, self._run = task, run
+        self._task, self._run, self._meanwhile = task, run, meanwhile
         self._polishes, self._repairs = polishes, repairs
         self._traffic_before = self._traffic_noted = replace(task.chip.link.traffic)
         self._done: list[dict[str, Any]] = []
@@ -83,7 +91,7 @@ class ChipRuns:
         """Execute a run and judge its paths; return them, and whether one is feasible."""
         run, task, before = self._run, self._task, self._generations
         with run.phase("link"):
-            status, best = task.run(options, functools.partial(self._ends, before))
+            status, best = task.run(options, functools.partial(self._ends, before), self._meanwhile)
         for unit in UNITS:
             self._cycles[unit] += getattr(status, unit)
         self._cycles["total"] += status.cycles

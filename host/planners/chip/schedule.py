@@ -143,16 +143,16 @@ def line_s(count: int) -> float:
 
 @dataclass(frozen=True)
 class Look:
-    """Seconds on the line of a BEST sent during a run, and of its refusal and a STATUS.
+    """Seconds on the line of a BEST sent during a run, and of the refusals of it and of STATUS.
 
-    The link sends STATUS after each refusal, to use the number of the command up.
+    STATUS follows BEST and arrives during the first refusal.
     """
 
     asked_s: float
     told_s: float
 
     def until_over(self, run_s: float, limit_s: float, first_s: float = 0.0) -> float:
-        """Return the seconds from the beginning of a run until the first BEST after its end.
+        """Return the seconds from the beginning of a run until the first poll after its end.
 
         The host polls as :class:`~pathgene.host.planners.chip.problem_on_chip.ProblemOnChip` does,
         starting at ``first_s``.
@@ -176,7 +176,7 @@ class ChipTime:
         counts. The answers to the commands that begin a run do not count: they arrive while later
         commands are sent, and the last one during the run.
     status_s : float
-        Seconds on the line of the STATUS after the paths, and of its answer.
+        Seconds on the line of the answer to STATUS, which follows the paths.
     exchanges : int
         Number of times that the host waits for an answer; all polls of a run count as one.
     """
@@ -204,7 +204,7 @@ def chip_time(hardware: Mapping[str, Any], runs: int | None = None) -> ChipTime:
         waits = done["waits"]
         whole_s += status_s + max(0.0, drawing_s - line_s(waits["after_zones"]))
         answer_s = line_s(waits["answer"])
-        look = Look(line_s(waits["request"]), answer_s + line_s(waits["status"]))
+        look = Look(line_s(waits["request"]), 2 * answer_s)
         # The first poll waits for the answer to RUN.
         over_s = look.until_over(done["cycles"] / clock_hz, done["limit"] / clock_hz, answer_s)
         whole_s += line_s(waits["commands"]) + over_s + line_s(waits["paths"])

@@ -220,7 +220,7 @@ def test_after_a_block_that_failed_its_box_is_sent_again(problem, monkeypatch):
     corner = NoFlyShape(first_x=9, first_y=9, last_x=11, last_y=9, edges=((0, -1, 0),))
     real = chip.link.order
 
-    def lost(commands):
+    def lost(commands, *_):
         real(commands)
         raise LinkError("The board was lost: unplugged.")
 
@@ -269,12 +269,15 @@ def test_a_busy_board_is_named(chip, monkeypatch):
 
 def test_paths_are_there_when_the_run_is_over(chip, posed, monkeypatch):
     chip.runs.start(dataclasses.replace(OPTIONS, generations=10**9, cycles=(1 << 32) - 1))
-    assert chip.runs.best_if_over() is None
+    assert chip.runs.poll() is None
     # The session continues.
     assert chip.runs.status().running
     chip.runs.stop()
-    while (best := chip.runs.best_if_over()) is None:
+    while (polled := chip.runs.poll()) is None:
         pass
+    best, status = polled
+    assert status == chip.runs.status()
+    assert not status.running
     assert best == chip.runs.best()
     assert best.paths
 
@@ -283,7 +286,45 @@ def test_paths_are_there_when_the_run_is_over(chip, posed, monkeypatch):
 
     monkeypatch.setitem(chip.link._transport.chip._commands, Command.BEST, refuse)
     with pytest.raises(RefusedError, match="refused the command BEST with BAD_LENGTH"):
-        chip.runs.best_if_over()
+        chip.runs.poll()
+
+
+@pytest.mark.parametrize("times", [1, 2])
+def test_a_refused_poll_leaves_the_session_and_the_order_of_commands(chip, posed, times):
+    chip.runs.start(dataclasses.replace(OPTIONS, generations=10**9, cycles=(1 << 32) - 1))
+    port = chip.link._transport
+    write = port.write
+    # The line may bring every frame to the chip twice.
+    port.write = lambda data: max(write(data) for _ in range(times))
+    before = dataclasses.replace(chip.link.traffic)
+    assert [chip.runs.poll() for _ in range(3)] == [None] * 3
+    taken = chip.link.traffic.since(before)
+    # A poll has the number of the one that was refused before.
+    assert taken.exchanges == 3
+    assert taken.frames_to_board - taken.frames_repeated == 6
+    assert taken.frames_repeated == 0 or times == 2
+    assert chip.runs.status().running
+    chip.runs.stop()
+    while (polled := chip.runs.poll()) is None:
+        pass
+    best, status = polled
+    assert not status.running
+    assert best == chip.runs.best()
+    assert best.paths
+    port.write = write
+    chip.runs.start(OPTIONS)
+    assert chip.runs.poll()[1].generations == OPTIONS.generations
+
+
+def test_work_is_done_between_the_commands_and_their_answers(chip, posed):
+    model, seen = chip.link._transport.chip, []
+    read = chip.link._transport.read
+    chip.link._transport.read = lambda size: seen.append("read") or read(size)
+    with chip.runs.together(meanwhile=lambda: seen.append(model.running.latest.generations)):
+        chip.runs.set_problem(posed[1])
+        chip.runs.start(OPTIONS)
+    assert seen[0] == OPTIONS.generations
+    assert set(seen[1:]) == {"read"}
 
 
 def test_a_repeated_run_is_not_run_again(problem):

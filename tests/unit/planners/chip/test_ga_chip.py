@@ -180,8 +180,10 @@ def test_where_the_box_has_no_path_the_whole_map_follows(make_evaluator):
 def test_where_only_the_chip_believes_a_path_the_map_is_raised(make_evaluator, monkeypatch):
     elevation = np.full((41, 61), 100.0)
     elevation[:, 30] = np.nan
-    real, maps = Runs.best, []
-    monkeypatch.setattr(Runs, "best", lambda runs: BestPaths(real(runs).paths[:1], [1]))
+    real, maps = Runs._best, []
+    monkeypatch.setattr(
+        Runs, "_best", lambda runs, payload: BestPaths(real(runs, payload).paths[:1], [1])
+    )
     model = ChipModel(CHIP)
     send = Runs.set_problem
 
@@ -222,7 +224,7 @@ def test_a_time_limit_ends_a_run(evaluator):
 def test_progress_and_limits_are_looked_at_during_a_run(evaluator, monkeypatch):
     """The model's runs end immediately, so the answers imitate a run in progress."""
     said, seen = [], []
-    real, best = Runs.status, Runs.best_if_over
+    real, poll = Runs.status, Runs.poll
     # Kernels are loaded before the time limit counts.
     ChipGeneticPlanner(chip_ms=1).plan(evaluator, Options(generations=1))
 
@@ -233,7 +235,7 @@ def test_progress_and_limits_are_looked_at_during_a_run(evaluator, monkeypatch):
         return real(runs) if "stop" in said else RunStatus(True, 10 * len(said), 0, 0)
 
     monkeypatch.setattr(Runs, "status", status)
-    monkeypatch.setattr(Runs, "best_if_over", lambda runs: best(runs) if "stop" in said else None)
+    monkeypatch.setattr(Runs, "poll", lambda runs: poll(runs) if "stop" in said else None)
     monkeypatch.setattr(Runs, "stop", lambda runs: said.append("stop"))
     options = Options(generations=1_000_000, time_limit_s=2.0)
     ChipGeneticPlanner(chip_ms=1).plan(evaluator, options, lambda *row: seen.append(row))
@@ -259,7 +261,7 @@ def test_an_interrupt_stops_the_run(evaluator, monkeypatch):
     """The model's runs end immediately, so the answers imitate a run in progress."""
     said = []
     stop = Stop(lambda: bool(said))
-    real, best = Runs.status, Runs.best_if_over
+    real, poll = Runs.status, Runs.poll
 
     def status(runs):
         if not runs.started:
@@ -268,7 +270,7 @@ def test_an_interrupt_stops_the_run(evaluator, monkeypatch):
         return real(runs) if "stop" in said else RunStatus(True, 0, 0, 0)
 
     monkeypatch.setattr(Runs, "status", status)
-    monkeypatch.setattr(Runs, "best_if_over", lambda runs: best(runs) if "stop" in said else None)
+    monkeypatch.setattr(Runs, "poll", lambda runs: poll(runs) if "stop" in said else None)
     monkeypatch.setattr(Runs, "stop", lambda runs: said.append("stop"))
     result = ChipGeneticPlanner(chip_ms=1).plan(evaluator, GENERATIONS, None, stop)
     assert said.count("stop") == 1
@@ -280,7 +282,7 @@ def test_a_lost_board_costs_no_path(evaluator, monkeypatch):
     def lost(runs):
         raise LinkError("The board was lost: unplugged.")
 
-    monkeypatch.setattr(Runs, "best", lost)
+    monkeypatch.setattr(Runs, "poll", lost)
     result = ChipGeneticPlanner(chip_ms=1).plan(evaluator, GENERATIONS)
     assert result.failure == "The board was lost: unplugged."
     assert result.stopped_by == "failure"

@@ -168,10 +168,10 @@ def test_the_retry_may_find_one(evaluator, search, monkeypatch):
     straight = np.array([evaluator.problem.start, evaluator.problem.goal])
     run, metres, seeds, warm = ProblemOnChip.run, ProblemOnChip.metres, [], []
 
-    def noted(task, options, stop):
+    def noted(task, options, *others):
         seeds.append(options.seed)
         warm.append(options.warm)
-        return run(task, options, stop)
+        return run(task, options, *others)
 
     # All paths of the first run are the straight line.
     monkeypatch.setattr(ProblemOnChip, "run", noted)
@@ -223,7 +223,7 @@ def test_a_lost_board_costs_no_path(evaluator, search, monkeypatch):
     def lost(runs):
         raise LinkError("The board was lost: unplugged.")
 
-    monkeypatch.setattr(Runs, "best", lost)
+    monkeypatch.setattr(Runs, "poll", lost)
     after = before.replan(zones=[BEHIND])
     assert after.failure == "The board was lost: unplugged."
     assert after.result.replanner is None

@@ -233,14 +233,14 @@ def test_a_second_replan_of_a_plan_continues_from_the_first(make_evaluator, boar
     assert not any(run["warm"] for run in runs_of(before.replan())[:1])
 
 
-def test_a_host_waits_three_times_in_a_replan(make_evaluator, board, search):
+def test_a_host_waits_twice_in_a_replan(make_evaluator, board, search):
     before = search.run(make_evaluator(rules=NO_MARGINS))
     exchanges = board.link.traffic.exchanges
     after = before.replan(zones=[IN_THE_GAP, BEHIND], start=middle(before))
-    # For all commands up to RUN together, for the paths, and for STATUS after the paths.
+    # For all commands up to RUN together, and for STATUS and the paths together.
     (run,) = runs_of(after)
-    assert run["waits"]["exchanges"] == 3
-    assert board.link.traffic.exchanges - exchanges == 3 + run["looks"]
+    assert run["waits"]["exchanges"] == 2
+    assert board.link.traffic.exchanges - exchanges == 2 + run["looks"]
 
 
 def test_a_new_goal_and_another_wind_go_on_from_the_population(make_evaluator, search):
@@ -415,13 +415,13 @@ def test_what_is_gone_beside_a_new_zone_is_set_free_behind_the_run(evaluator, bo
 
     before = search.run(evaluator).replan(zones=[BEHIND])
     model = model_of(board)
-    best = board.runs.best
+    poll = board.runs.poll
 
     def noted():
         heights.append(model.checking.terrain.heights.copy())
-        return best()
+        return poll()
 
-    board.runs.best = noted
+    board.runs.poll = noted
     moved = Zone.circle(BEHIND.x_m + 60, BEHIND.y_m, BEHIND.radius_m)
     after = before.replan(zones=[moved], gone=[BEHIND])
     assert after.evaluation.feasible

@@ -81,7 +81,7 @@ def test_the_host_looks_at_a_run_until_it_is_over():
 
 def test_a_plan_takes_drawing_runs_looks_and_bytes():
     waits = {
-        "exchanges": 3,
+        "exchanges": 2,
         "commands": 160,
         "after_zones": 60,
         "answer": 9,
@@ -92,15 +92,15 @@ def test_a_plan_takes_drawing_runs_looks_and_bytes():
     run = {"cycles": 100_000, "limit": 200_000, "waits": waits}
     hardware = {"clock_hz": 100_000_000, "drawing_cycles": 21_000, "runs": [run, run]}
     byte_s = 10 / BAUD
-    look = Look(8 * byte_s, 59 * byte_s)  # A STATUS follows the refusal.
+    look = Look(8 * byte_s, 18 * byte_s)
     each = 250 * byte_s + look.until_over(1e-3, 2e-3, 9 * byte_s)
     time = chip_time(hardware)
     # Zones are drawn while later commands come, and STATUS follows the paths.
     assert time.whole_s == pytest.approx(1e-5 + 2 * each + 50 * byte_s)
     assert time.status_s == pytest.approx(50 * byte_s)
-    assert time.exchanges == 6
+    assert time.exchanges == 4
     first = chip_time(hardware, 1)
     assert first.whole_s == pytest.approx(1e-5 + each)
-    assert first.exchanges == 3
+    assert first.exchanges == 2
     small = chip_time({**hardware, "drawing_cycles": 19_000}, 1)
     assert small.whole_s == pytest.approx(each)

@@ -31,6 +31,7 @@ from pathgene.host.planning import Plan, Search
 from pathgene.host.problem.aircraft import Aircraft
 from pathgene.host.problem.problem import Problem
 from pathgene.host.replanning import picture
+from pathgene.host.replanning.calibration import measure_host_s
 from pathgene.host.replanning.departure import Departure, depart, fault_of
 from pathgene.host.replanning.fly import FALLBACK, on_board
 from pathgene.host.replanning.outcome import Replanned, judge
@@ -106,6 +107,8 @@ _BATCH = 12
 _STORE = Path("build/bench/replans.json")
 _PICTURES = Path("build/bench/replans")
 _WORST = 10
+# Key of the host's share in the store, and number of the mission that it is measured on.
+_SHARE, _CALIBRATION = ("host", "share"), 3
 _SOURCES = (
     "bench/replan.py",
     "bench/replan_scenarios.py",
@@ -139,6 +142,7 @@ def run(options: Options) -> Report:
     count = SCENARIOS if options.seeds == Options.seeds else options.seeds
     _STORE.parent.mkdir(parents=True, exist_ok=True)
     kept = Store(_STORE, *_SOURCES)
+    host_s = _host_s(kept)
     tasks = []
     for name, (_, _, every) in rows.items():
         numbers = [
@@ -147,14 +151,15 @@ def run(options: Options) -> Report:
             if number // len(KINDS) % every == 0 and kept.get(name, str(number)) is None
         ]
         tasks += [
-            (name, numbers[first : first + _BATCH]) for first in range(0, len(numbers), _BATCH)
+            (name, numbers[first : first + _BATCH], host_s)
+            for first in range(0, len(numbers), _BATCH)
         ]
     # All planners of a scenario, one after another.
     tasks.sort(key=lambda task: task[1][0])
     print(f"replan: {sum(len(task[1]) for task in tasks)} flights", file=sys.stderr, flush=True)
 
-    def keep(task: tuple[str, list[int]], results: list[Result]) -> None:
-        name, numbers = task
+    def keep(task: tuple[str, list[int], float | None], results: list[Result]) -> None:
+        name, numbers, _ = task
         for number, result in zip(numbers, results, strict=True):
             kept.keep(name, str(number), result)
 
@@ -175,8 +180,26 @@ def run(options: Options) -> Report:
     return table
 
 
-def fly_row(name: str, numbers: Sequence[int]) -> list[Result]:
-    """Fly scenarios by the planner of a row; return the results."""
+def _host_s(kept: Store) -> float | None:
+    """Return the host's share of a replan, measured once for a campaign; None if it is assumed."""
+    known = kept.get(*_SHARE)
+    if known is None:
+        share_s = measure_host_s(draw_mission(_CALIBRATION))
+        known = {"machine_s": share_s}
+        kept.keep(*_SHARE, known)
+    found: float | None = known["machine_s"]
+    print(f"replan: the host's share is {found} s", file=sys.stderr, flush=True)
+    return found
+
+
+def fly_row(name: str, numbers: Sequence[int], host_s: float | None = None) -> list[Result]:
+    """Fly scenarios by the planner of a row; return the results.
+
+    Parameters
+    ----------
+    host_s : float, optional
+        The host's share of a replan on the chip; by default it is assumed.
+    """
     planner, board, _ = ROWS[name]
     results = []
     with ExitStack() as stack:
@@ -191,11 +214,18 @@ def fly_row(name: str, numbers: Sequence[int]) -> list[Result]:
                 chip = stack.enter_context(on_board(planner, board))
                 first_chip = chip if planner == "ga-chip" else first_chip
             assert first_chip is not None
-            results.append(_fly(name, number, chip, first_chip, ample))
+            results.append(_fly(name, number, chip, first_chip, ample, host_s))
     return results
 
 
-def _fly(name: str, number: int, chip: Chip | None, first_chip: Chip, ample: Chip) -> Result:
+def _fly(
+    name: str,
+    number: int,
+    chip: Chip | None,
+    first_chip: Chip,
+    ample: Chip,
+    host_s: float | None,
+) -> Result:
     """Fly one scenario; with ``ample``, check if a path exists where none was found immediately."""
     mission = draw_mission(number)
     evaluator = Evaluator(mission, threads=1)
@@ -204,13 +234,14 @@ def _fly(name: str, number: int, chip: Chip | None, first_chip: Chip, ample: Chi
         return {"flown": False}
     assert first.evaluation.flight_time_s is not None
     drawn = draw_scenario(number, mission, first.evaluation.flight_time_s)
-    flown = _flown(name, number, mission, evaluator, first, chip, drawn.scenario)
+    flown = _flown(name, number, mission, evaluator, first, chip, drawn.scenario, host_s)
     if isinstance(flown, str):
         return {"flown": True, "error": flown, "alive": False, "ended": "error"}
     outcome, session = flown.outcome, flown.session
     assert isinstance(session, _Timed)
     return {
         "flown": True,
+        "host_s": flown.constant_s,
         "kind": drawn.kind,
         "terrain": drawn.terrain,
         "alive": outcome.alive,
@@ -242,11 +273,11 @@ def _flown(
     first: Plan,
     chip: Chip | None,
     scenario: Any,
+    host_s: float | None = None,
 ) -> Replanned | str:
     planner, board, _ = ROWS[name]
-    plans = InFlightPlanner(
-        planner, board=chip, seed=number, seconds=0.0 if name == YARDSTICK else None
-    )
+    seconds = 0.0 if name == YARDSTICK else host_s if planner == "ga-chip" else None
+    plans = InFlightPlanner(planner, board=chip, seed=number, seconds=seconds)
     try:
         plans.prepare(evaluator)
         fallback = None
@@ -328,6 +359,8 @@ def _draw_worst(failed: Sequence[int], kept: Store, count: int) -> None:
             first = _first_plan(evaluator, chip, number)
             assert first.evaluation.flight_time_s is not None
             drawn = draw_scenario(number, mission, first.evaluation.flight_time_s)
-            flown = _flown(_CHIP, number, mission, evaluator, first, chip, drawn.scenario)
+            flown = _flown(
+                _CHIP, number, mission, evaluator, first, chip, drawn.scenario, _host_s(kept)
+            )
         if isinstance(flown, Replanned):
             style.save(picture.draw(flown), _PICTURES / f"{number:04d}.png")

@@ -107,7 +107,8 @@ def add(commands: Commands) -> None:
         "--planner-seconds",
         metavar="S",
         type=float,
-        help="time of a plan on the processor (default: measured before the flight)",
+        help="time of a plan on the processor, with a chip the host's share of it "
+        "(default: measured before the flight; processor_ms in flight.json)",
     )
 
 
@@ -264,7 +265,7 @@ def _replan_pairs(table: dict[str, Any]) -> list[tuple[str, str]]:
         ("kept", "yes" if table["kept"] else "no"),
         ("ended", table["ended"]),
         ("aircraft", table["aircraft"]),
-        ("planner", f"{table['planner']}{board}, {table['processor_ms']:.0f} ms of the processor"),
+        ("planner", f"{table['planner']}{board}, {table['processor_ms']:.4g} ms of the processor"),
         ("flight time", f"{table['flight_time_s']:.0f} s"),
     ]
     for change in table["changes"]:

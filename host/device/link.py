@@ -412,6 +412,7 @@ class Link:
         self.traffic.bytes_to_board += len(data)
         self.traffic.frames_to_board += 1
         self.traffic.frames_repeated += repeated
+        before = self._clock()
         try:
             self._transport.write(data)
         except TimeoutError:
@@ -421,6 +422,7 @@ class Link:
             ) from None
         except OSError as error:
             raise _lost(error) from None
+        self.traffic.waiting_s += self._clock() - before
 
     def _receive(self, deadline: float) -> list[Frame]:
         """Return good frames as soon as any arrive, or none after silence or at the deadline."""

@@ -57,7 +57,7 @@ class Traffic:
         Number of times that the host waited for answers, to one command or to several sent
         together.
     waiting_s : float
-        Seconds spent waiting for bytes from the board.
+        Seconds spent waiting for bytes from the board, and for the port to take bytes.
     """
 
     bytes_to_board: int = 0

@@ -12,13 +12,15 @@ from numpy.typing import ArrayLike
 from pathgene.hdl.config import GeneticCore
 from pathgene.host.device.boards import entered
 from pathgene.host.device.chip import Chip
+from pathgene.host.errors import JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.files.output import json_bytes
 from pathgene.host.files.replacement import replace_files
 from pathgene.host.planners.base import Stop
 from pathgene.host.problem.problem import Problem
+from pathgene.host.replanning.calibration import measure_host_s
 from pathgene.host.replanning.outcome import Replanned, judge
-from pathgene.host.replanning.planner import InFlightPlanner
+from pathgene.host.replanning.planner import HOST_S, InFlightPlanner
 from pathgene.host.replanning.scenario import Scenario, check_mission
 from pathgene.host.replanning.session import Session
 from pathgene.host.report.run_files import FLIGHT
@@ -107,7 +109,8 @@ def underway(
     board : str
         URL of its board; ignored by a planner without one.
     seconds : float, optional
-        Processor time of a plan; measured before the flight by default.
+        Processor time of a plan, for the planner core the host's share; measured before the flight
+        by default.
     gusts, seed
         Turbulence, and the common seed of turbulence and planner.
 
@@ -121,6 +124,8 @@ def underway(
     check_mission(mission, scenario)
     evaluator = Evaluator(mission, threads=1)
     with on_board(planner, board) as chip:
+        if seconds is None and planner == "ga-chip":
+            seconds = _host_s(mission, say)
         plans = InFlightPlanner(planner, board=chip, seed=seed, seconds=seconds)
         plans.prepare(evaluator)
         fallback = None
@@ -144,6 +149,23 @@ def underway(
                 session, judge(session), planner, board if chip else None, plans.constant_s
             ),
         )
+
+
+def _host_s(mission: Problem, say: Callable[[str], object]) -> float | None:
+    """Return the host's share of a replan on this machine; None if it cannot be measured."""
+    try:
+        share_s = measure_host_s(mission)
+    except JobError as error:
+        say(f"The host's share of a replan is assumed, {1000 * HOST_S:g} ms: {error}")
+        return None
+    if share_s is None:
+        say(f"The host's share of a replan is assumed, {1000 * HOST_S:g} ms: too few have a path.")
+        return None
+    say(
+        f"The host's share of a replan is {1000 * share_s:g} ms on this machine; "
+        f"--planner-seconds {share_s:g} repeats this flight elsewhere."
+    )
+    return share_s
 
 
 def save(report: Replanned, directory: Path) -> list[Path]:

@@ -33,8 +33,8 @@ __all__ = [
     "PlanningTime",
 ]
 
-#: The host's share of a plan on the chip: map changes and strict check. A fixed figure, which
-#: ``make bench BENCH=replan`` measures.
+#: The host's share of a plan on the chip, map changes and strict check, where nothing has measured
+#: it; see :mod:`pathgene.host.replanning.calibration`.
 HOST_S = 0.007
 #: Extra time of the host for each repair of an infeasible path. A fixed figure; the benchmark
 #: measures the sum of both.
@@ -122,8 +122,9 @@ class InFlightPlanner:
     seed : int
         Seed of the first plan.
     seconds : float, optional
-        Time of a plan on the processor; by default measured by :meth:`prepare`. 0 stands for an
-        ideal planner that takes no time, as a yardstick.
+        Time of a plan on the processor, for ``ga-chip`` the host's share of a search. By default
+        :meth:`prepare` measures it, and the share is :data:`HOST_S`. 0 stands for an ideal planner
+        that takes no time, as a yardstick.
 
     Attributes
     ----------

@@ -69,7 +69,8 @@ def test_a_file_of_zones_is_refused_without_the_options(placed_flight, tmp_path,
 
 def test_a_popup_is_flown_around(straight_flight, tmp_path, capsys):
     arguments = ["fly", straight_flight, "--popup", "ahead:1500,250@30", "--planner", "ga-chip"]
-    assert main([*arguments, "--board", "model:", "--out", str(tmp_path)]) == 0
+    board = ("--board", "model:", "--planner-seconds", "0.007")
+    assert main([*arguments, *board, "--out", str(tmp_path)]) == 0
     out, said = capsys.readouterr()
     assert re.search(r"^at 30 s +a zone appears: new path after 1\d\.\d ms, 0\.\d\d m", out, re.M)
     assert out.startswith("kept ")
@@ -79,6 +80,23 @@ def test_a_popup_is_flown_around(straight_flight, tmp_path, capsys):
         "flight.png",
         "flight.gif",
     }
+
+
+@pytest.mark.ci
+def test_a_flight_is_repeated_with_the_measured_share_of_the_host(straight_flight, tmp_path, capfd):
+    arguments = ["fly", straight_flight, "--popup", "ahead:1500,250@30", "--planner", "ga-chip"]
+    arguments += ["--board", "model:", "--json", "--out", str(tmp_path)]
+    assert main(arguments) == 0
+    out, said = capfd.readouterr()
+    measured = json.loads(out)
+    (share,) = re.findall(r"on this machine; --planner-seconds (\S+) repeats", said)
+    assert measured["processor_ms"] == 1000 * float(share)
+    (attempt,) = measured["changes"][0]["attempts"]
+    assert attempt["host_ms"] == measured["processor_ms"]
+    assert main([*arguments, "--planner-seconds", share]) == 0
+    again, said = capfd.readouterr()
+    assert json.loads(again) == measured
+    assert "on this machine" not in said
 
 
 @pytest.mark.ci

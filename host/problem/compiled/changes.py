@@ -28,7 +28,7 @@ def find_changes(
         Rows and columns of a tile.
     boxes : (tiles up, tiles across, 4) int32
         First row, row after the last, and the same of the columns. On entry, the first are great
-        and the others 0; tiles without a change are not written.
+        and the last 0; tiles without a change are not written.
     """
     high, wide = tile
     columns = before.shape[1]

@@ -90,7 +90,7 @@ def lower_corners(
     Parameters
     ----------
     corners, cells : uint16
-        Of the same part of the map; one more row and column of cells.
+        The same part of the map, with one more row and column of cells.
     box : (int, int, int, int)
         First row, row after the last, and the same of the columns, counted in the part.
     end : (int, int, int)

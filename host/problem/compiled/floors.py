@@ -103,16 +103,16 @@ def ease_near_end(
     number: int,
     ramp: tuple[float, float, float, float],
 ) -> None:
-    """Lower the floor around an end to what the aircraft can climb from there.
+    """Lower the floor around an end to the climb that the aircraft can fly from there.
 
     Parameters
     ----------
     floor : (rows, columns) float64
-        Of the part.
+        Floor of the part.
     elevation : (ny, nx) float64
         The whole terrain, NaN at voids.
     number : int
-        Of the end: 0 or 1.
+        Index of the end: 0 or 1.
     ramp : (float, float, float, float)
         Distance within which the floor is lowered; the same next to a void; slope of the climb;
         altitude of the nodes at the end itself.

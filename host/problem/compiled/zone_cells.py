@@ -90,7 +90,7 @@ def add_capsules(
 ) -> None:
     """Set the cells that capsules meet: rows of two ends x, y, x, y and the radius.
 
-    The remaining parameters are those of :func:`add_nodes`.
+    See :func:`add_nodes` for the remaining parameters.
     """
     dx_m, dy_m = sides_m
     south, west = first

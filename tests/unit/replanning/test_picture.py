@@ -9,6 +9,7 @@ from PIL import Image
 
 from pathgene.host.replanning import animation, picture
 from pathgene.host.replanning.fly import fly_scenario, save
+from pathgene.host.replanning.planner import HOST_S
 from pathgene.host.replanning.scenario import Event, NewZone, Placed, Scenario
 from pathgene.host.report.style import FLOWN, NOFLY
 
@@ -22,7 +23,14 @@ def report(mission, straight):
             Event(90.0, (NewZone(Placed("aircraft", 150.0)),)),
         )
     )
-    return fly_scenario(mission, straight, scenario, planner="ga-chip", board="model:?core=planner")
+    return fly_scenario(
+        mission,
+        straight,
+        scenario,
+        planner="ga-chip",
+        board="model:?core=planner",
+        seconds=HOST_S,
+    )
 
 
 def dots(image, colour):

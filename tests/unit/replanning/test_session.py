@@ -18,7 +18,7 @@ from pathgene.host.problem.zones import Circle
 from pathgene.host.replanning import session as replanning_session
 from pathgene.host.replanning.fly import underway
 from pathgene.host.replanning.outcome import judge
-from pathgene.host.replanning.planner import Attempt, InFlightPlanner, PlanningTime
+from pathgene.host.replanning.planner import HOST_S, Attempt, InFlightPlanner, PlanningTime
 from pathgene.host.replanning.scenario import Event, NewZone, Placed, Scenario
 from pathgene.host.replanning.session import Session
 from pathgene.host.replanning.tracks import is_smooth, pose_at, run_of
@@ -292,10 +292,15 @@ def test_a_path_that_does_not_begin_on_the_track_is_refused(
 def check_that_astar_takes_over(mission, path, planner, board, kill):
     """Fly with a board that ends after 20 s, and a zone that appears then."""
     said = []
-    with underway(mission, path, Scenario(), planner=planner, board=board, say=said.append) as (
-        session,
-        report,
-    ):
+    with underway(
+        mission,
+        path,
+        Scenario(),
+        planner=planner,
+        board=board,
+        seconds=HOST_S,
+        say=said.append,
+    ) as (session, report):
         while session.pilot.time_s < 20:
             session.step()
         kill(session)

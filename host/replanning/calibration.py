@@ -1,0 +1,94 @@
+"""The host's share of a replan, measured on this machine before a flight.
+
+The chip's time follows from cycles and bytes; the host's depends on the machine. A few replans of
+the mission on the compiled model measure it, without the time of the model. The flight's own board
+has no part in that, so a flight with the same share is the same flight.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+import time
+from statistics import median
+
+import numpy as np
+
+from pathgene.hdl.config import GeneticCore
+from pathgene.host.device.boards import open_board, with_core
+from pathgene.host.errors import InputError
+from pathgene.host.evaluation import Evaluator
+from pathgene.host.machine import keep_memory
+from pathgene.host.planning import Plan, Search
+from pathgene.host.problem.changes import changed_problem
+from pathgene.host.problem.problem import Problem
+from pathgene.host.problem.zones import Zone
+
+
+__all__ = ["measure_host_s"]
+
+#: Chip time of the plan that is replanned, milliseconds.
+_CHIP_MS = 10
+#: Number of replans. The first ones load kernels and modules, and do not count.
+_REPLANS, _FIRST = 13, 2
+#: Places of the aircraft and of the zones, as shares of the path, and radius of a zone, as a share
+#: of the straight line.
+_STARTS, _ZONES, _RADIUS = (0.05, 0.2), (0.45, 0.7), 0.03
+_STEP_M = 10.0
+#: The share is rounded to this many digits of a second, so that the printed number is exact.
+_DIGITS = 5
+
+
+def measure_host_s(mission: Problem) -> float | None:
+    """Return the host's share of a replan without repair, seconds.
+
+    It is the median of a few replans, in each of which a zone appears on the path of the mission
+    ahead of the aircraft: the changed problem, the changes of the map and the strict check. It is
+    None if too few of them find a path in the first run.
+
+    Raises
+    ------
+    JobError
+        If the model cannot be opened.
+    """
+    # As in a flight: a replan must wait neither for SciPy, which this loads, nor for memory.
+    importlib.import_module("pathgene.host.problem.no_fly_shape")
+    keep_memory()
+    measured = []
+    with open_board(with_core("model:", GeneticCore.PLANNER)) as chip:
+        search = Search("ga-chip", board=chip, chip_ms=_CHIP_MS, polish="off")
+        evaluator = Evaluator(mission, threads=1)
+        plan = search.run(evaluator)
+        for number in range(_REPLANS):
+            changes = _changes(plan, number / (_REPLANS - 1))
+            waited_s, began = chip.link.traffic.waiting_s, time.perf_counter()
+            try:
+                problem = changed_problem(mission, *changes)
+                found = search.replan(plan, Evaluator(problem, threads=1))
+            except InputError:
+                # Start or goal is in the zone.
+                continue
+            spent_s = time.perf_counter() - began
+            runs = [] if found.result.hardware is None else found.result.hardware["runs"]
+            if [run["repairs"] for run in runs] == [0]:
+                measured.append(spent_s - (chip.link.traffic.waiting_s - waited_s))
+            # The next zone appears where there is none.
+            search.replan(found, evaluator).finish()
+    if len(measured) <= _FIRST:
+        return None
+    return round(median(measured[_FIRST:]), _DIGITS)
+
+
+def _changes(plan: Plan, share: float) -> tuple[list[Zone], list[float], float]:
+    """Return a zone on the path of a plan, and a start and heading from which it lies ahead."""
+    track = plan.evaluator.track(plan.path).sample(_STEP_M)
+    points = np.column_stack((track.x, track.y, track.z))
+    first, middle = (
+        round((low + share * (high - low)) * (len(points) - 2)) for low, high in (_STARTS, _ZONES)
+    )
+    east, north, _ = points[first + 1] - points[first]
+    x, y, _ = points[middle].tolist()
+    problem = plan.evaluator.problem
+    radius_m = _RADIUS * math.dist(problem.start[:2], problem.goal[:2])
+    heading = problem.true_heading_deg(math.degrees(math.atan2(east, north))) % 360
+    return [Zone.circle(x, y, radius_m)], points[first].tolist(), heading

@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from pathgene.hdl.config import GeneticCore
-from pathgene.hdl.protocol.runs import WARM_SLOPES, RunOptions
+from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.auv import PLANNERS as AUV_PLANNERS
 from pathgene.host.auv.field import PAPER_SAMPLES, AuvField, whole_angle
 from pathgene.host.auv.plan import evolve, terms
@@ -29,7 +29,9 @@ from pathgene.host.mission.foreign.check import check_path
 from pathgene.host.mission.foreign.judge import FlightProblem
 from pathgene.host.mission.plan import plan
 from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
+from pathgene.host.planners.chip.problem_record import committed_points
 from pathgene.host.planners.routes.field import READINGS
+from pathgene.host.problem.compiled import corners
 from pathgene.host.problem.corner_map import CornerMap
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
@@ -55,6 +57,8 @@ def compile_host() -> None:
         found = plan(_problem(Problem), planner=planner, seed=0, **options)
         # The report on a path is computed when it is read.
         str(found.evaluation)
+    # A start with a heading, as in a replan.
+    committed_points(replace(_problem(Problem), start_heading_deg=45.0))
     # Why there is no path.
     diagnose(_problem(Problem))
     # Faults of a mission, whose zones are judged one by one.
@@ -68,27 +72,31 @@ def compile_host() -> None:
 
 
 def compile_chip() -> None:
-    """Compile the kernels of the model: of the planner core, and of the collision checker."""
-    problem = _problem(Problem)
+    """Compile the kernels of the model: of the planner core, and of the collision checker.
+
+    The kernels of the chip's map are among them, without those that the evaluation needs, too.
+    """
+    problem = _problem(Problem, as_paper=True)
     with open_board(with_core("model:", GeneticCore.PLANNER)) as chip:
         task = ProblemOnChip(chip, problem, CornerMap(chip.config, problem))
         task.run(RunOptions(generations=10), ends=lambda _: False)
-        # A replan draws new zones on parts of the map.
-        ring = [(1000, 4000), (2000, 4000), (1500, 5000)]
-        zones = (*problem.zones, Zone.circle(4500, 1500, 300), Zone.polygon(ring))
-        changed = replace(problem, start=(900, 900, 300), zones=zones, start_heading_deg=45.0)
-        warm = RunOptions(generations=10, slopes=WARM_SLOPES, warm=True)
-        task.changed(changed).run(warm, ends=lambda _: False)
+    # A replan draws new zones on parts of the map.
+    heights, flags, first = np.zeros((2, 2)), np.zeros((2, 2), dtype=bool), np.arange(3)
+    corners.cell_heights(heights, flags, (first, first), (0.0, 1.0, 9), heights.astype(np.uint16))
+    corners.mark_beside(flags, (first, first), flags)
+    corners.extent(flags)
+    corners.least_values(flags, (0, 0), np.ones((1, 2), dtype=np.int64), (0, 0), first)
+    corners.draw(np.ones((1, 3), dtype=np.int64), (0, 0), flags)
     url, _ = order_board("model:", None)
     with open_board(url) as chip:
         chip.upload_map(np.zeros((16, 16), dtype=np.uint16))
         chip.check_path(pack_waypoints(chip.config, np.array([(1, 1, 9), (14, 12, 9)])))
 
 
-def _problem(kind: type[_Kind]) -> _Kind:
+def _problem(kind: type[_Kind], **rules: Any) -> _Kind:
     terrain = Terrain("flat", np.full((60, 60), 100.0), 100.0, 100.0)
     zone = Zone.circle(3000, 3000, 500)
-    return kind(terrain, (500, 500, 200), (5500, 5500, 200), zones=(zone,))
+    return kind(terrain, (500, 500, 200), (5500, 5500, 200), zones=(zone,), **rules)
 
 
 def _main(arguments: list[str]) -> int:

@@ -189,8 +189,8 @@ class SearchRasters:
             ground = terrain.elevation[part]
             roof = np.where(np.isnan(ground), np.inf, ground + rules.ceiling_agl_m)
         # All zones without heights and times at once: there may be thousands.
-        plain = [zone for zone in zones if not zone.is_limited]
-        limited = [zone for zone in zones if zone.is_limited]
+        plain = [zone for zone in zones if not _is_limited(zone)]
+        limited = [zone for zone in zones if _is_limited(zone)]
         self.nofly = blocked_cells(plain, terrain, rules.zone_margin_m, part)
         self.at_times = np.zeros(self.nofly.shape, dtype=bool)
         at_times = []
@@ -219,6 +219,12 @@ class SearchRasters:
                 )
         self.at_times_zones = tuple(at_times)
         self.roof = roof if roof is not None and np.isfinite(roof).any() else None
+
+
+def _is_limited(zone: Zone) -> bool:
+    """Return whether a zone has limits of height or time."""
+    limits = (zone.lower_m, zone.upper_m, zone.t0_s, zone.t1_s)
+    return zone.follows_ground or any(limit is not None for limit in limits)
 
 
 def _floor(terrain: Terrain, demand: Demand, corridor_m: float, part: Part) -> Floats:

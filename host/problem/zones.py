@@ -199,12 +199,6 @@ class Zone(ABC):
         return {key: value for key, value in values.items() if value not in (None, "")}
 
     @property
-    def is_limited(self) -> bool:
-        """True if the zone has limits of height or time."""
-        limits = (self.lower_m, self.upper_m, self.t0_s, self.t1_s)
-        return self.follows_ground or any(limit is not None for limit in limits)
-
-    @property
     def follows_ground(self) -> bool:
         """True if a limit is measured above the ground."""
         return self.lower_agl_m is not None or self.upper_agl_m is not None

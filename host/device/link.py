@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from enum import IntEnum
 
 from pathgene.hdl.protocol.codec import (
     BODY_HEADER_BYTES,
@@ -17,9 +16,16 @@ from pathgene.hdl.protocol.codec import (
     encode_frame,
 )
 from pathgene.hdl.protocol.codes import Command, Status
+from pathgene.host.device.link_errors import (
+    LinkError,
+    LinkTimeoutError,
+    RefusedError,
+    lost,
+    name_of,
+    taken,
+)
 from pathgene.host.device.transport import Traffic, Transport
-from pathgene.host.device.window import Request, Window
-from pathgene.host.errors import JobError
+from pathgene.host.device.window import Request, Window, take
 
 
 __all__ = ["Link", "LinkError", "LinkTimeoutError", "RefusedError"]
@@ -39,36 +45,6 @@ _LAST_SESSION = 255
 #: session have lower numbers, so that a late, repeated reply to OPEN is not taken for a reply to
 #: one of them.
 _OPENING = 255
-
-
-class LinkError(JobError):
-    """The board cannot be used: lost, reset, or taken by another host."""
-
-
-class LinkTimeoutError(LinkError):
-    """The board did not answer any attempt, or accepted no more bytes."""
-
-
-class RefusedError(LinkError):
-    """The board answered with a status other than ``OK``."""
-
-    def __init__(self, command: int, status: int) -> None:
-        self.status = status
-        name = _name(Command, command)
-        if status == Status.BUSY:
-            super().__init__(
-                f"The board is busy with a run and refused the command {name}: wait for the end of "
-                "the run, or stop it."
-            )
-            return
-        super().__init__(
-            f"The board refused the command {name} with {_name(Status, status)}: host and board "
-            "disagree; use the release it was built with."
-        )
-
-
-def _name(codes: type[IntEnum], code: int) -> str:
-    return codes(code).name if code in list(codes) else str(code)
 
 
 class Link:
@@ -209,7 +185,7 @@ class Link:
         session = (previous + 1) % 256
         answer = self._ask(bytes((session, _OPENING)), Command.OPEN, plain=False)
         if answer[0] != Status.OK:
-            raise _taken()
+            raise taken()
         return session
 
     def request(self, command: int, payload: bytes = b"", *, shorter: bytes | None = None) -> bytes:
@@ -367,7 +343,7 @@ class Link:
             frames = self._receive(deadline)
             for body, plain in frames:
                 if not plain and body[0] == session:
-                    _take(requests, window, body)
+                    take(requests, window, body)
             if window.confirmed > confirmed:
                 silences = 0
                 deadline = self._deadline()
@@ -421,7 +397,7 @@ class Link:
                 "cable."
             ) from None
         except OSError as error:
-            raise _lost(error) from None
+            raise lost(error) from None
         self.traffic.waiting_s += self._clock() - before
 
     def _receive(self, deadline: float) -> list[Frame]:
@@ -430,7 +406,7 @@ class Link:
             try:
                 data = self._transport.read(self._transport.in_waiting or 1)
             except OSError as error:
-                raise _lost(error) from None
+                raise lost(error) from None
             self.traffic.waiting_s += self._clock() - before
             self.traffic.bytes_from_board += len(data)
             if not data:
@@ -455,43 +431,6 @@ class Link:
 
     def _timeout(self, command: int) -> LinkTimeoutError:
         return LinkTimeoutError(
-            f"The board did not answer {_name(Command, command)} in {self.attempts} attempts of "
+            f"The board did not answer {name_of(Command, command)} in {self.attempts} attempts of "
             f"{self.timeout_s:g} s: check its power, the cable and the line rate."
         )
-
-
-def _take(requests: Sequence[Request], window: Window, body: bytes) -> None:
-    """Record one answer of the session; late answers change nothing."""
-    sequence, status = body[1:BODY_HEADER_BYTES]
-    if status == Status.NO_SESSION:
-        raise _taken()
-    index = window.index(sequence)
-    if status == Status.OUT_OF_ORDER:
-        if requests[0].is_refused:
-            # The STATUS after the poll, whose number the chip still expects.
-            raise RefusedError(requests[0].code, Status.BUSY)
-        if window.confirmed <= index < window.sent:
-            window.go_back(index)
-    elif not 0 <= index < window.sent:
-        return
-    elif status == Status.OK:
-        if requests[index].answer is None:
-            requests[index].answer = body[BODY_HEADER_BYTES:]
-        window.confirm(index)
-    elif status == Status.DUPLICATE:
-        # The chip has executed it before. It repeats the answer of the latest command only.
-        if index < window.sent - 1:
-            window.confirm(index)
-    elif index >= window.confirmed and not requests[index].is_filler:
-        if status == Status.BUSY and requests[index].is_poll:
-            requests[index].is_refused = True
-            return
-        raise RefusedError(requests[index].code, status)
-
-
-def _lost(error: OSError) -> LinkError:
-    return LinkError(f"The board was lost: {str(error).rstrip('.')}.")
-
-
-def _taken() -> LinkError:
-    return LinkError("The board was reset or taken by another host: open it again.")

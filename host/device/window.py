@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES
+from pathgene.hdl.protocol.codes import Status
+from pathgene.host.device.link_errors import RefusedError, taken
 
-__all__ = ["Request", "Window"]
+
+__all__ = ["Request", "Window", "take"]
 
 
 @dataclass
@@ -106,3 +111,32 @@ class Window:
     def _resend(self) -> None:
         self.cursor = self.confirmed
         self.flush = True
+
+
+def take(requests: Sequence[Request], window: Window, body: bytes) -> None:
+    """Record one answer of the session; late answers change nothing."""
+    sequence, status = body[1:BODY_HEADER_BYTES]
+    if status == Status.NO_SESSION:
+        raise taken()
+    index = window.index(sequence)
+    if status == Status.OUT_OF_ORDER:
+        if requests[0].is_refused:
+            # The STATUS after the poll, whose number the chip still expects.
+            raise RefusedError(requests[0].code, Status.BUSY)
+        if window.confirmed <= index < window.sent:
+            window.go_back(index)
+    elif not 0 <= index < window.sent:
+        return
+    elif status == Status.OK:
+        if requests[index].answer is None:
+            requests[index].answer = body[BODY_HEADER_BYTES:]
+        window.confirm(index)
+    elif status == Status.DUPLICATE:
+        # The chip has executed it before. It repeats the answer of the latest command only.
+        if index < window.sent - 1:
+            window.confirm(index)
+    elif index >= window.confirmed and not requests[index].is_filler:
+        if status == Status.BUSY and requests[index].is_poll:
+            requests[index].is_refused = True
+            return
+        raise RefusedError(requests[index].code, status)

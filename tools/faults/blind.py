@@ -36,14 +36,14 @@ BLIND = {
         (
             "        try:\n"
             "            if kind is None:\n"
-            "                self.send()\n"
+            "                self.send(self._meanwhile)\n"
             "        finally:\n"
             "            self._orders.enter(None)\n"
             "            self.forget()\n"
         ),
         (
             "        if kind is None:\n"
-            "            self.send()\n"
+            "            self.send(self._meanwhile)\n"
             "            self._orders.enter(None)\n"
             "        self.forget()\n"
         ),
@@ -76,9 +76,8 @@ BLIND = {
     "late answers after a refusal not awaited": Edit(
         "pathgene.host.device.link",
         (
-            '                self._exchange(session, [Request(Command.STATUS, (b"",), '
-            "is_filler=True)])\n"
-            "                self._next = (self._next + 1) % 256\n"
+            '        self._exchange(session, [Request(Command.STATUS, (b"",), is_filler=True)])\n'
+            "        self._next = (self._next + 1) % 256\n"
         ),
         "",
     ),
@@ -174,7 +173,7 @@ BLIND = {
         "pathgene.host.device.orders",
         (
             "        if self._commands:\n"
-            "            self._link.order(self._commands)\n"
+            "            self._link.order(self._commands, meanwhile)\n"
             "        self._commands.clear()\n"
             "        self._lost.clear()\n"
         ),
@@ -183,7 +182,7 @@ BLIND = {
             "        self._commands.clear()\n"
             "        self._lost.clear()\n"
             "        if commands:\n"
-            "            self._link.order(commands)\n"
+            "            self._link.order(commands, meanwhile)\n"
         ),
     ),
     "last file renamed before obsolete files go": Edit(
@@ -202,7 +201,7 @@ BLIND = {
         "        if not line:\n",
     ),
     "refusal taken for an answer": Edit(
-        "pathgene.host.device.link",
+        "pathgene.host.device.window",
         "    elif status == Status.OK:\n",
         "    elif status != Status.DUPLICATE:\n",
     ),

@@ -34,14 +34,20 @@ LATER = {
         (
             "        session, self.session = self.session, None\n"
             "        self.traffic.exchanges += 1\n"
+            "        if self._is_refused and not requests[0].is_poll:\n"
+            "            self._fill_number(session)\n"
+            "        self._is_refused = False\n"
             "        try:\n"
-            "            self._exchange(session, requests)\n"
+            "            self._exchange(session, requests, meanwhile)\n"
         ),
         (
             "        session = self.session\n"
             "        self.traffic.exchanges += 1\n"
+            "        if self._is_refused and not requests[0].is_poll:\n"
+            "            self._fill_number(session)\n"
+            "        self._is_refused = False\n"
             "        try:\n"
-            "            self._exchange(session, requests)\n"
+            "            self._exchange(session, requests, meanwhile)\n"
             "        except LinkTimeoutError:\n"
             "            self.session = None\n"
             "            raise\n"
@@ -54,7 +60,7 @@ LATER = {
             "            frames = self._receive(deadline)\n"
             "            for body, plain in frames:\n"
             "                if not plain and body[0] == session:\n"
-            "                    _take(requests, window, body)\n"
+            "                    take(requests, window, body)\n"
             "            if window.confirmed > confirmed:\n"
             "                silences = 0\n"
             "                deadline = self._deadline()\n"
@@ -64,7 +70,7 @@ LATER = {
             "            frames = self._receive(deadline)\n"
             "            for body, plain in frames:\n"
             "                if not plain and body[0] == session:\n"
-            "                    _take(requests, window, body)\n"
+            "                    take(requests, window, body)\n"
             "            if frames:\n"
             "                silences = 0\n"
             "                deadline = self._deadline()\n"
@@ -72,7 +78,7 @@ LATER = {
         ),
     ),
     "answer before the window accepted": Edit(
-        "pathgene.host.device.link",
+        "pathgene.host.device.window",
         "    elif not 0 <= index < window.sent:\n",
         "    elif index >= window.sent:\n",
     ),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Protocol
 
 
@@ -71,6 +71,5 @@ class Traffic:
 
     def since(self, before: Traffic) -> Traffic:
         """Return the traffic since an earlier state, of which ``before`` is a copy."""
-        return Traffic(
-            *(getattr(self, each.name) - getattr(before, each.name) for each in fields(self))
-        )
+        earlier = vars(before)
+        return Traffic(**{name: value - earlier[name] for name, value in vars(self).items()})

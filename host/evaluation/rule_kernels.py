@@ -47,6 +47,7 @@ __all__ = [
     "least_room_on_map",
     "piece_figures",
     "scratch",
+    "strict_penalties",
     "strict_penalty",
     "strict_terms",
 ]
@@ -220,6 +221,20 @@ def strict_penalty(
     c = strict.surface.c
     penalty = under + zone + steep + corners_m(c, scratch.path.turns, n, length) + beyond
     return penalty, cost_of(c, area, fuel)
+
+
+@compiled
+def strict_penalties(
+    paths: Floats,
+    lengths: NDArray[np.int64],
+    strict: StrictCourse,
+    scratch: StrictScratch,
+    penalty: Floats,
+    cost: Floats,
+) -> None:
+    """Write :func:`strict_penalty` of each of paths (m, max_n, 3), (m,) each."""
+    for i in range(paths.shape[0]):
+        penalty[i], cost[i] = strict_penalty(paths[i], lengths[i], strict, scratch)
 
 
 @compiled

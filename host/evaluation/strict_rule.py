@@ -112,11 +112,9 @@ class StrictRule:
     def penalty_cost(self, paths: Floats, lengths: NDArray[np.int64]) -> tuple[Floats, Floats]:
         """Return penalty and cost of paths (m, max_n, 3), (m,) each; infinite for bad paths."""
         scratch = self._scratch(paths.shape[1])
-        results = [
-            rule_kernels.strict_penalty(path, n, self._strict, scratch)
-            for path, n in zip(paths, lengths.tolist(), strict=True)
-        ]
-        penalty, cost = np.array(results, dtype=np.float64).reshape(-1, 2).T
+        penalty, cost = np.empty(len(paths)), np.empty(len(paths))
+        # One call: each converts some sixty fields of the course.
+        rule_kernels.strict_penalties(paths, lengths, self._strict, scratch, penalty, cost)
         if self._not_compiled:
             for i in np.flatnonzero(np.isfinite(penalty)).tolist():
                 penalty[i] += self._beyond_m(self.lay(paths[i, : lengths[i]]))

@@ -176,7 +176,7 @@ def run(options: Options) -> Report:
         pages.keep("replan", report(results, yardstick, count))
     table = report({name: _results(kept, name, count) for name in rows}, yardstick, count)
     failed = [each["scenario"] for each in table.data["failures"] if each["row"] == _CHIP]
-    _draw_worst(failed, kept, count)
+    _draw_worst(failed, kept, count, host_s)
     return table
 
 
@@ -340,7 +340,7 @@ def _results(kept: Store, name: str, count: int) -> dict[int, Result]:
     return {number: result for number, result in found.items() if result and result["flown"]}
 
 
-def _draw_worst(failed: Sequence[int], kept: Store, count: int) -> None:
+def _draw_worst(failed: Sequence[int], kept: Store, count: int, host_s: float | None) -> None:
     """Draw the worst flights of the chip's model: failures, further losses, minimum clearances."""
     others = _results(kept, _CHIP, count)
     lowest = sorted(
@@ -359,8 +359,6 @@ def _draw_worst(failed: Sequence[int], kept: Store, count: int) -> None:
             first = _first_plan(evaluator, chip, number)
             assert first.evaluation.flight_time_s is not None
             drawn = draw_scenario(number, mission, first.evaluation.flight_time_s)
-            flown = _flown(
-                _CHIP, number, mission, evaluator, first, chip, drawn.scenario, _host_s(kept)
-            )
+            flown = _flown(_CHIP, number, mission, evaluator, first, chip, drawn.scenario, host_s)
         if isinstance(flown, Replanned):
             style.save(picture.draw(flown), _PICTURES / f"{number:04d}.png")

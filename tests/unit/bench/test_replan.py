@@ -54,6 +54,7 @@ def test_a_run_is_kept_and_pasted(canyon, tmp_path, monkeypatch):
     monkeypatch.setattr(pages, "PAGES", tmp_path)
     rows = {name: ROWS[name] for name in (YARDSTICK, "ga-chip, model:")}
     monkeypatch.setattr(replan, "ROWS", rows)
+    monkeypatch.setattr(replan, "measure_host_s", lambda mission: 0.007)
     report = run(Options(seeds=1))
     assert [row[:2] for row in report.rows] == [(YARDSTICK, 1), ("ga-chip, model:", 1)]
     assert report.text(level=3).rstrip() in page.read_text()
@@ -62,6 +63,7 @@ def test_a_run_is_kept_and_pasted(canyon, tmp_path, monkeypatch):
     p50, _, _, most = (float(each) for each in chip[3].split(" / "))
     assert 5 < p50 <= most < 25
     monkeypatch.setattr(replan, "fly_row", lambda *task: pytest.fail("measured again"))
+    monkeypatch.setattr(replan, "measure_host_s", lambda mission: pytest.fail("measured again"))
     assert run(Options(seeds=1)).rows == report.rows
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 import itertools
 import math
 from collections.abc import Iterator
@@ -91,29 +92,41 @@ def polylines(
 def lengthened(path: Floats, fewest: int, radius_m: float) -> Floats:
     """Return a path with at least ``fewest`` waypoints between its ends, on the same track.
 
-    Each new waypoint lies at the middle of the longest straight piece of the smoothed path, where
-    it neither turns the path nor interferes with a turn; a path without straight pieces gets no new
-    waypoint.
+    The new waypoints divide the straight pieces of the smoothed path into equal parts, the longest
+    part as short as possible. There they neither turn the path nor interfere with a turn; a path
+    without straight pieces gets no new waypoint.
 
     Parameters
     ----------
     path : (n, 2) or (n, 3) float64, metres
         Places or points, start and goal included.
     """
-    for _ in range(fewest - (len(path) - 2)):
-        numbers = np.arange(len(path), dtype=np.float64)
-        pieces = smooth(np.column_stack((path[:, :2], numbers)), radius_m).pieces
-        straights = [piece for piece in pieces if isinstance(piece, Straight)]
-        if not straights:
-            break
-        longest = max(straights, key=lambda piece: piece.run_m)
-        # The altitudes are the indices of waypoints, so the altitude at the middle gives the place.
-        middle = longest.start[2] + longest.rise_m / 2
-        before = min(int(middle), len(path) - 2)
-        share = middle - before
-        added = (1 - share) * path[before] + share * path[before + 1]
-        path = np.insert(path, before + 1, added, axis=0)
-    return path
+    more = fewest - (len(path) - 2)
+    if more <= 0:
+        return path
+    # The altitudes are the indices of the waypoints, so they give the places of the pieces.
+    numbers = np.arange(len(path), dtype=np.float64)
+    pieces = smooth(np.column_stack((path[:, :2], numbers)), radius_m).pieces
+    straights = [piece for piece in pieces if isinstance(piece, Straight)]
+    if not straights:
+        return path
+    # Lengths of the parts of each piece, the longest first, and their numbers.
+    parts = [(-piece.run_m, which, 1) for which, piece in enumerate(straights)]
+    heapq.heapify(parts)
+    for _ in range(more):
+        _, which, count = parts[0]
+        heapq.heapreplace(parts, (-straights[which].run_m / (count + 1), which, count + 1))
+    at = np.concatenate(
+        [
+            straights[which].start[2] + straights[which].rise_m * np.arange(1, count) / count
+            for _, which, count in sorted(parts, key=lambda part: part[1])
+        ]
+    )
+    before = np.minimum(at.astype(np.int64), len(path) - 2)
+    share = (at - before)[:, None]
+    added = (1 - share) * path[before] + share * path[before + 1]
+    longer: Floats = np.insert(path, before + 1, added, axis=0)
+    return longer
 
 
 def _walk(before: list[NDArray[np.intp]], best: Floats) -> NDArray[np.intp] | None:

@@ -10,7 +10,13 @@ from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import make
 from pathgene.host.planners.base import Options
 from pathgene.host.planners.grid.grid_search import SearchGrid
-from pathgene.host.planners.grid.polylines import _chord_costs, leads, polylines, thinned
+from pathgene.host.planners.grid.polylines import (
+    _chord_costs,
+    leads,
+    lengthened,
+    polylines,
+    thinned,
+)
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
@@ -146,3 +152,12 @@ def test_astar_keeps_the_headings(start, goal):
     problem = flight(start_heading_deg=start, goal_heading_deg=goal)
     result = make("astar").plan(Evaluator(problem, threads=1), Options(generations=8))
     assert result.evaluation.feasible
+
+
+def test_more_waypoints_divide_straight_pieces_equally():
+    """The arc at the corner uses 100 m of both segments, which are then 900 and 300 m long."""
+    corner = np.array([(0.0, 0.0), (1000.0, 0.0), (1000.0, 400.0)])
+    longer = lengthened(corner, 5, 100.0)
+    expected = [(x, 0) for x in (0, 225, 450, 675, 1000)] + [(1000, y) for y in (250, 400)]
+    assert longer == pytest.approx(np.array(expected))
+    assert lengthened(longer, 5, 100.0) is longer

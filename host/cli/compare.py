@@ -291,7 +291,7 @@ def _explanation(report: dict[str, Any]) -> str:
         routes = [route_from(run) for run in planner["runs"]]
         if count := sum(route is not None and "astar" in route for route in routes):
             lines.append(
-                f"{planner['label']}: the path is the polished route of astar in {count} of "
+                f"{planner['label']}: the path is the route of astar in {count} of "
                 f"{len(routes)} runs; :polish=chip compares the chip's own."
             )
     if report["pairs"]:

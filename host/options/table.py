@@ -304,7 +304,7 @@ _OWN = (
     _own("chip_ms", INTEGER, "maximum milliseconds of a plan by the chip's clock, not counting "
          "runs without a path", "none: the generations are the limit", "8", metavar="MS"),
     _own("polish", choice(("on", "chip", "off")), "give the chip's paths the lowest altitudes, on "
-         "the host; on: also astar's route, and refine the better one; chip: only the chip's",
+         "the host; on: also search with astar and refine the best path; chip: neither",
          "on", '"on"'),
     _own("link_mode", choice(("rank", "population", "recipe")), "data sent over the link in each "
          "generation", "rank", '"rank"'),
@@ -319,7 +319,7 @@ _OWN = (
     _own("two_opt_every", INTEGER, "iterations between two applications of 2-opt; 0 for none",
          "20", "8"),
     _own("max_waypoints", INTEGER, "maximum transitional waypoints of a path",
-         "20, of astar 16, or 64 where 16 find no path", "8"),
+         "20, of astar 32, of which 16 turn, or 64 where these find no path", "8"),
     _own("init", choice(("random", "astar")), "first population: random, or astar: the paths that "
          "the planner astar finds, and varied copies of them", "random", '"random"'),
     _own("refits", INTEGER, "children per generation that are the best path with one or two "

@@ -1,4 +1,4 @@
-"""The routes of ``astar`` beside the chip's: all are polished, and the best one is reported."""
+"""The routes of ``astar`` beside the chip's polished ones: the best one is reported."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ class Routes:
         self._of_chip: list[Path] = []
 
     def add_astar(self) -> None:
-        """Search with ``astar``, and polish its route like the chip's; search a finer grid, too.
+        """Search with ``astar``, whose routes have as many waypoints as the chip's polished ones.
 
         If the route of ``astar`` is feasible, it becomes a candidate of the plan together with the
-        polished route and the routes over the finer grid
-        (:func:`~pathgene.host.planners.grid.astar.fine_searches`). The time is the phase ``astar``.
+        routes over a finer grid (:func:`~pathgene.host.planners.grid.astar.fine_searches`).
+        The time is the phase ``astar``.
 
         ``astar`` does not search after a stop criterion other than the generations has ended the
         chip's search, nor where the chip has no feasible path, except as paper: then the fallback
@@ -56,7 +56,7 @@ class Routes:
         if self._is_stopped or not (self._chip[1].feasible or problem.as_paper):
             return
         # They load SciPy.
-        from pathgene.host.planners.chip.polish import POLISHED_WAYPOINTS, polished
+        from pathgene.host.planners.chip.polish import POLISHED_WAYPOINTS
         from pathgene.host.planners.grid.astar import AstarPlanner, fine_searches
 
         with run.phase("astar"):
@@ -66,7 +66,6 @@ class Routes:
                 return
             paths = [found.path]
             if not found.interrupted:
-                paths += polished(problem, paths)
                 finer = Run(run.evaluator, self._options(), stop=run.stop)
                 for search in fine_searches(finer, POLISHED_WAYPOINTS):
                     paths += [path for _, path in search]

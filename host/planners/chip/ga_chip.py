@@ -49,7 +49,7 @@ class ChipGeneticPlanner:
     waypoints on its straight pieces, up to 32 in all, and then the lowest altitudes that the ground
     and the limits allow (:func:`~pathgene.host.planners.chip.polish.polished`). This takes about
     10 ms per path and makes some infeasible paths feasible. If a path is feasible, ``astar`` then
-    searches, its route is polished in the same way, and the better one is reported: see
+    searches, and the better path is reported: see
     :class:`pathgene.host.planners.chip.astar_route.Routes`.
 
     Parameters

@@ -16,7 +16,7 @@ from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
 from pathgene.host.planners.boxed import plan_in_box
 from pathgene.host.planners.fpa.engines import CpuEngine, Engine, Setup
 from pathgene.host.planners.fpa.steps import Pollination
-from pathgene.host.planners.grid.astar import DEFAULT_MAX_WAYPOINTS
+from pathgene.host.planners.grid.astar import DEFAULT_MAX_TURNS
 from pathgene.host.planners.grid.initial import astar_paths, check_init
 from pathgene.host.planners.registry import ENGINES
 
@@ -251,7 +251,7 @@ class FlowerPollinationPlanner:
         rng = np.random.default_rng(options.seed)
         found = None
         if self.from_astar:
-            waypoints = self.waypoints or DEFAULT_MAX_WAYPOINTS
+            waypoints = self.waypoints or DEFAULT_MAX_TURNS
             found = astar_paths(run, rng, count, waypoints, fewest=waypoints)
         paths = first_population(space, rng, count, self.waypoints or WAYPOINTS, found or ())
         fitness = run.fitness(list(paths))

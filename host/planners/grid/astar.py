@@ -32,6 +32,7 @@ from pathgene.host.problem.chip_map import ChipMap
 
 
 __all__ = [
+    "DEFAULT_MAX_TURNS",
     "DEFAULT_MAX_WAYPOINTS",
     "QUICK_SEARCHES",
     "AstarPlanner",
@@ -40,6 +41,8 @@ __all__ = [
 ]
 
 Path = NDArray[np.float64]
+# Maximum numbers of waypoints of a path, and of those at which it turns.
+_Sizes = tuple[int, int]
 
 # Steepness of the surface of each search, as a multiple of the climb limit; infinite for the ground
 # itself.
@@ -55,8 +58,9 @@ _STEEPNESS_FROM_SIDES = (1.5, math.inf)
 # Numbers of turns tried with each route, as shares of the maximum number of waypoints.
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.125)
 _MOST_WAYPOINTS = 100
-#: Default maximum number of waypoints of a path, and of one that the quick searches do not find.
-DEFAULT_MAX_WAYPOINTS, NARROW_WAYPOINTS = 16, 64
+#: Default maximum number of waypoints of a path, of those at which it turns, and of waypoints of a
+#: path that the quick searches do not find.
+DEFAULT_MAX_WAYPOINTS, DEFAULT_MAX_TURNS, NARROW_WAYPOINTS = 32, 16, 64
 #: Maximum number of quick searches. A plan of no more generations has no narrow searches.
 QUICK_SEARCHES = 40
 
@@ -86,8 +90,8 @@ class AstarPlanner:
     Parameters
     ----------
     max_waypoints : int, optional
-        Maximum number of waypoints between start and goal, 1 to 100. By default it is 16, or 64
-        for narrow ways.
+        Maximum number of waypoints between start and goal, 1 to 100. By default it is 32, of which
+        16 may turn, or 64 for narrow ways.
 
     Raises
     ------
@@ -102,6 +106,7 @@ class AstarPlanner:
                 f"not {max_waypoints}."
             )
         self.max_waypoints = DEFAULT_MAX_WAYPOINTS if max_waypoints is None else max_waypoints
+        self._max_turns = DEFAULT_MAX_TURNS if max_waypoints is None else max_waypoints
         self._narrow_waypoints = NARROW_WAYPOINTS if max_waypoints is None else max_waypoints
 
     def plan(
@@ -145,7 +150,7 @@ class AstarPlanner:
     def _all(self, run: Run) -> Iterator[list[tuple[float, Path]]]:
         """Search quickly and, if that finds no feasible path, for narrow ways."""
         best = 0.0
-        for paths in searches(run, self.max_waypoints):
+        for paths in searches(run, self.max_waypoints, most_turns=self._max_turns):
             best = max(best, *(fitness for fitness, _ in paths))
             yield paths
         if best <= 1 and run.options.generations > QUICK_SEARCHES:
@@ -153,7 +158,7 @@ class AstarPlanner:
 
 
 def searches(
-    run: Run, most: int, lattice: ChipMap | None = None
+    run: Run, most: int, lattice: ChipMap | None = None, *, most_turns: int | None = None
 ) -> Iterator[list[tuple[float, Path]]]:
     """Search with one surface after another.
 
@@ -165,6 +170,9 @@ def searches(
         Maximum number of waypoints between start and goal.
     lattice : ChipMap, optional
         Map on whose cells and altitude steps waypoints must lie.
+    most_turns : int, optional
+        Maximum number of waypoints at which a path turns; the others lie on its straight pieces. By
+        default all may turn.
 
     Yields
     ------
@@ -173,6 +181,7 @@ def searches(
         A search that finds no route yields nothing.
     """
     problem, best = run.evaluator.problem, 0.0
+    sizes = most, most if most_turns is None else most_turns
     for margin in _MARGINS:
         with run.phase("search"):
             grid = SearchGrid(problem, margin * problem.limits.turn_radius_m)
@@ -181,7 +190,7 @@ def searches(
                 paths = [
                     path
                     for way in leads(problem)
-                    for path in _paths(grid, steepness, most, lattice, way)
+                    for path in _paths(grid, steepness, sizes, lattice, way)
                 ]
             if paths:
                 fitness = run.fitness(paths, strict=True).tolist()
@@ -190,7 +199,7 @@ def searches(
         if best > 1:
             return
     if best > 0 and problem.rules is not None:
-        yield from _from_all_sides(run, most, lattice, grid, best)
+        yield from _from_all_sides(run, sizes, lattice, grid, best)
 
 
 def fine_searches(run: Run, most: int) -> Iterator[list[tuple[float, Path]]]:
@@ -224,7 +233,9 @@ def fine_searches(run: Run, most: int) -> Iterator[list[tuple[float, Path]]]:
                 paths = [
                     path
                     for way in leads(problem)
-                    for path in _paths(grid, steepness, most, None, way, turns_at_corners=True)
+                    for path in _paths(
+                        grid, steepness, (most, most), None, way, turns_at_corners=True
+                    )
                 ]
             if paths:
                 fitness = run.fitness(paths, strict=True).tolist()
@@ -235,7 +246,7 @@ def fine_searches(run: Run, most: int) -> Iterator[list[tuple[float, Path]]]:
 
 
 def _from_all_sides(
-    run: Run, most: int, lattice: ChipMap | None, grid: SearchGrid, best: float
+    run: Run, sizes: _Sizes, lattice: ChipMap | None, grid: SearchGrid, best: float
 ) -> Iterator[list[tuple[float, Path]]]:
     """Search with a first waypoint in each direction from the start, then with a last one.
 
@@ -252,7 +263,7 @@ def _from_all_sides(
                     paths = [
                         path
                         for steepness in _STEEPNESS_FROM_SIDES
-                        for path in _paths(grid, steepness, most, lattice, way)
+                        for path in _paths(grid, steepness, sizes, lattice, way)
                     ]
                 if not paths:
                     continue
@@ -267,7 +278,7 @@ def _from_all_sides(
 def _paths(
     grid: SearchGrid,
     steepness: float,
-    most: int,
+    sizes: _Sizes,
     lattice: ChipMap | None,
     way: Leads,
     *,
@@ -278,29 +289,30 @@ def _paths(
     With ``turns_at_corners``, corners of the route may become waypoints where no polyline through
     evenly spaced points is free.
     """
-    if most < sum(map(len, way)):
+    most, most_turns = sizes
+    if most_turns < sum(map(len, way)):
         return []
     problem = grid.problem
     surface, route = routed(grid, steepness, way)
     if route is None:
         return []
-    most -= sum(map(len, way))
+    most_turns -= sum(map(len, way))
     points = thinned(route, None if lattice is None else lattice.scale_m[:2])
     if len(points) < 2:
         # The goal is straight above or below the start.
         return []
-    lines = polylines(points, grid, surface, most)
+    lines = polylines(points, grid, surface, most_turns)
     if turns_at_corners and all(line is None for line in lines):
         points = cornered(route, 0.25 * min(grid.dx_m, grid.dy_m))
-        lines = polylines(points, grid, surface, most)
+        lines = polylines(points, grid, surface, most_turns)
     steps = {} if lattice is None else {"base_m": lattice.base_m, "step_m": lattice.step_m}
     found = []
-    for line in (lines[count] for count in _counts(most)):
+    for line in (lines[count] for count in _counts(most_turns)):
         if line is None:
             continue
         turns = with_leads(problem, way, points[line])
         # More waypoints on a track allow lower altitudes; on a lattice they may add turns.
-        places = lengthened(turns, most + sum(map(len, way)), problem.limits.turn_radius_m)
+        places = lengthened(turns, most, problem.limits.turn_radius_m)
         if lattice is not None:
             places[1:-1] = on_corners(places[1:-1], lattice.scale_m[:2])
         path = lowest_altitudes(problem, grid.prices, places, **steps)

@@ -60,7 +60,7 @@ def test_a_comparison_counts_the_routes_of_astar():
     runs = [of("astar"), of("chip"), of("astar"), {"hardware": None}]
     report = {"seeds": [0, 3], "pairs": [], "planners": [{"label": "ga-chip", "runs": runs}]}
     assert _explanation(report).splitlines()[-1] == (
-        "ga-chip: the path is the polished route of astar in 2 of 4 runs; :polish=chip compares "
+        "ga-chip: the path is the route of astar in 2 of 4 runs; :polish=chip compares "
         "the chip's own."
     )
     report["planners"][0]["runs"] = [of("chip")]

@@ -97,6 +97,18 @@ def test_keeps_the_maximum_of_waypoints(evaluator):
         assert max(len(path) - 2 for _, path in result.archive) <= most
 
 
+def test_more_waypoints_than_turns_lower_the_path():
+    evaluator = Evaluator(problem(EMBEDDED), threads=1)
+    found = {most: AstarPlanner(max_waypoints=most).plan(evaluator, ALL) for most in (None, 16)}
+    assert {most: len(result.path) - 2 for most, result in found.items()} == {None: 32, 16: 16}
+    assert found[None].evaluation.fitness > found[16].evaluation.fitness + 0.005
+    # Every path of the first has up to 16 turns.
+    for _, path in found[None].archive:
+        way = np.diff(path[:, :2], axis=0)
+        turns = np.abs(np.diff(np.unwrap(np.arctan2(way[:, 1], way[:, 0])))) > 1e-6
+        assert turns.sum() <= 16
+
+
 @pytest.mark.parametrize("count", [0, 101])
 def test_refuses_bad_numbers_of_waypoints(count):
     with pytest.raises(InputError) as caught:

@@ -20,15 +20,19 @@ from pathgene.host.planners.grid.narrow import narrow_searches
 from pathgene.host.planners.grid.polylines import (
     Leads,
     around,
+    between,
     leads,
     lengthened,
     on_corners,
     polylines,
     routed,
+    sloped,
     thinned,
     with_leads,
 )
+from pathgene.host.planners.grid.tangents import tangent_routes
 from pathgene.host.problem.chip_map import ChipMap
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = [
@@ -50,6 +54,8 @@ _STEEPNESS = (2.5, 1.5, 1.0, math.inf)
 # Nodes on the longer side of a fine grid, cells along a node at most, and the surfaces tried there.
 _FINE_NODES, _MOST_CELLS = 256, 4
 _FINE_STEEPNESS = (1.5, 1.0)
+# Routes along tangents of zones.
+_TANGENT_ROUTES = 10
 # Margin around voids and zones, in turn radii; the second if the first gives no feasible path.
 _MARGINS = (0.0, 0.5)
 # Distances of waypoints around the ends, in turn radii, and the surfaces tried with them.
@@ -203,10 +209,11 @@ def searches(
 
 
 def fine_searches(run: Run, most: int) -> Iterator[list[tuple[float, Path]]]:
-    """Search over smaller nodes, for routes that the quick searches cannot tell apart.
+    """Search along tangents of zones, and over smaller nodes than the quick searches.
 
-    A terrain whose cells are the nodes of the quick searches has no such routes, and on one with
-    many more cells the nodes would be no smaller: ``astar`` searches a box of it.
+    The quick searches see no gap that is narrower than their nodes, and cannot tell some routes
+    apart. A terrain whose cells are their nodes is searched along tangents only; on one with many
+    more cells the nodes would be no smaller: ``astar`` searches a box of it.
 
     Parameters
     ----------
@@ -218,16 +225,26 @@ def fine_searches(run: Run, most: int) -> Iterator[list[tuple[float, Path]]]:
     Yields
     ------
     list of (float, ndarray)
-        As of :func:`searches`, from one surface after another; with a margin around voids and zones
-        if no path is feasible without.
+        As of :func:`searches`, along tangents and then from one surface after another; with a
+        margin around voids and zones if no path is feasible without.
     """
     problem = run.evaluator.problem
-    if not MOST_NODES < max(problem.terrain.shape) <= _MOST_CELLS * _FINE_NODES:
+    nodes = max(problem.terrain.shape)
+    if nodes > _MOST_CELLS * _FINE_NODES:
         return
     best = 0.0
     for margin in _MARGINS:
         with run.phase("search"):
             grid = fine_grid(problem, _FINE_NODES, margin_m=margin * problem.limits.turn_radius_m)
+        if margin == 0:
+            with run.phase("search"):
+                paths = _past_zones(grid, problem, most)
+            if paths:
+                fitness = run.fitness(paths, strict=True).tolist()
+                best = max(fitness)
+                yield list(zip(fitness, paths, strict=True))
+        if nodes <= MOST_NODES:
+            return
         for steepness in _FINE_STEEPNESS:
             with run.phase("search"):
                 paths = [
@@ -243,6 +260,24 @@ def fine_searches(run: Run, most: int) -> Iterator[list[tuple[float, Path]]]:
                 yield list(zip(fitness, paths, strict=True))
         if best > 1:
             return
+
+
+def _past_zones(grid: SearchGrid, problem: Problem, most: int) -> list[Path]:
+    """Return paths along tangents of zones."""
+    surface = sloped(grid, _FINE_STEEPNESS[0])
+    found = []
+    for way in leads(problem):
+        first, last = between(way)
+        ends = np.array((first or problem.start[:2], last or problem.goal[:2]))
+        for turns in tangent_routes(problem, grid, surface, ends, _TANGENT_ROUTES):
+            places = with_leads(problem, way, turns)
+            if len(places) - 2 > most:
+                continue
+            places = lengthened(places, most, problem.limits.turn_radius_m)
+            path = lowest_altitudes(problem, grid.prices, places)
+            if path is not None:
+                found.append(path)
+    return found
 
 
 def _from_all_sides(

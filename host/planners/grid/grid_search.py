@@ -21,7 +21,7 @@ from pathgene.host.problem.limits import pressure_on_wing
 from pathgene.host.problem.problem import Problem
 
 
-__all__ = ["MOST_NODES", "Prices", "SearchGrid"]
+__all__ = ["LEAST_COST", "MOST_NODES", "Place", "Prices", "SearchGrid"]
 
 Floats = NDArray[np.float64]
 Place = tuple[float, float]
@@ -32,8 +32,8 @@ MOST_NODES = 200
 # Steps to 16 neighbours: with 8, a route on level ground is up to 8 % longer than the line.
 _QUARTER = ((1, 0), (1, 1), (2, 1), (1, 2))
 _STEPS = tuple(step for x, y in _QUARTER for step in ((x, y), (-y, x), (-x, -y), (y, -x)))
-# Minimum cost of a step: Dijkstra's algorithm needs positive costs.
-_LEAST_COST = 1e-12
+#: Minimum cost of a step: Dijkstra's algorithm needs positive costs.
+LEAST_COST = 1e-12
 
 
 class Prices:
@@ -118,9 +118,11 @@ class SearchGrid:
         away_0, away_1 = np.hypot(x - x0, y - y0), np.hypot(x - x1, y - y1)
         # The highest ground of a node may be this far from the node.
         reach = math.hypot(self.dx_m, self.dy_m)
-        out = self._pooled(problem.blocked_raster)
+        #: Blocked cells of the terrain: voids and zones, (ny, nx) bool.
+        self.blocked_cells = problem.blocked_raster
         if blocked is not None:
-            out |= self._pooled(blocked)
+            self.blocked_cells = self.blocked_cells | blocked
+        out = self._pooled(self.blocked_cells)
         out |= self.ground > z0 + gain_m + climb * (away_0 + reach)
         out |= self.ground > z1 + descent * (away_1 + reach)
         self._start, self._goal = self._node(x0, y0), self._node(x1, y1)
@@ -177,7 +179,7 @@ class SearchGrid:
             self.prices.area * (0.5 * (tail + head) - self.prices.base_m) * self._length
             + self.prices.work * thrust * self._air
         )
-        costs = np.maximum(costs, _LEAST_COST)
+        costs = np.maximum(costs, LEAST_COST)
         if self.factors is not None:
             costs *= self.factors.ravel()[self._head]
         costs[self._barred] = math.inf
@@ -206,9 +208,7 @@ class SearchGrid:
             level = level * self.factors
         barred = math.inf
         if self.blocked_factor is not None:
-            barred = self.blocked_factor * float(
-                level.max(where=~self.blocked, initial=_LEAST_COST)
-            )
+            barred = self.blocked_factor * float(level.max(where=~self.blocked, initial=LEAST_COST))
         return np.where(self.blocked, barred, level)
 
     def nodes(self, x: Floats, y: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

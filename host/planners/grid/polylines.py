@@ -12,18 +12,20 @@ from numpy.typing import NDArray
 
 from pathgene.host.evaluation import Straight
 from pathgene.host.evaluation.geometry import smooth
-from pathgene.host.planners.grid.grid_search import SearchGrid
+from pathgene.host.planners.grid.grid_search import Place, SearchGrid
 from pathgene.host.problem.problem import Problem
 
 
 __all__ = [
     "Leads",
     "around",
+    "between",
     "leads",
     "lengthened",
     "on_corners",
     "polylines",
     "routed",
+    "sloped",
     "thinned",
     "with_leads",
 ]
@@ -239,13 +241,23 @@ def routed(grid: SearchGrid, steepness: float, way: Leads) -> tuple[Floats, Floa
     route : ndarray or None
         Points, (n, 2) float64 metres; None if there is no route.
     """
+    surface = sloped(grid, steepness)
+    return surface, grid.route(surface, *between(way))
+
+
+def sloped(grid: SearchGrid, steepness: float) -> Floats:
+    """Return the surface of :func:`routed`."""
     climb = math.tan(grid.problem.limits.climb_rad)
-    surface = grid.surface(steepness * max(climb, _LEAST_SLOPE))
+    return grid.surface(steepness * max(climb, _LEAST_SLOPE))
+
+
+def between(way: Leads) -> tuple[Place | None, Place | None]:
+    """Return the places between which a route with leads is searched; None for start and goal."""
     first, last = (
         (float(lead[at][0]), float(lead[at][1])) if len(lead) else None
         for lead, at in zip(way, (-1, 0), strict=True)
     )
-    return surface, grid.route(surface, first, last)
+    return first, last
 
 
 def with_leads(problem: Problem, way: Leads, places: Floats) -> Floats:

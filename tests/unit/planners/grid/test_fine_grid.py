@@ -39,9 +39,11 @@ def best_of(own):
     return evaluation, path
 
 
-@pytest.mark.parametrize(("gap_m", "most_y"), [(200.0, 10_500.0), (100.0, 15_500.0)])
+@pytest.mark.parametrize(
+    ("gap_m", "most_y"), [(200.0, 10_500.0), (100.0, 10_500.0), (60.0, 15_500.0)]
+)
 def test_finds_what_the_quick_searches_do_not(gap_m, most_y):
-    """The wide gap is flown through; where it is too narrow, the path goes round the wall."""
+    """A gap of 100 m is flown through; where it is too narrow, the path goes round the wall."""
     own = evaluator(gap_m, rules=Rules(clearance_m=20), as_paper=False)
     assert not AstarPlanner().plan(own, Options(generations=40)).evaluation.feasible
     _, path = best_of(own)
@@ -55,9 +57,10 @@ def test_is_better_where_the_quick_searches_find_a_path():
     assert best_of(own)[0].fitness > quick.fitness + 0.001
 
 
-@pytest.mark.parametrize("nodes", [200, 1025])
-def test_terrain_of_few_or_very_many_nodes_has_no_fine_search(nodes):
-    assert not list(fine_searches(Run(evaluator(400.0, nodes=nodes), Options()), 32))
+@pytest.mark.parametrize(("nodes", "searches"), [(200, 1), (401, 3), (1025, 0)])
+def test_terrain_of_few_nodes_is_searched_along_tangents_only(nodes, searches):
+    found = list(fine_searches(Run(evaluator(400.0, nodes=nodes), Options()), 32))
+    assert len(found) == searches
 
 
 def test_nodes_are_the_cells_or_parts_of_them():

@@ -12,6 +12,7 @@ from pathgene.host.planners.chip.polish import POLISHED_WAYPOINTS
 from pathgene.host.planners.grid.altitudes import lowest_altitudes
 from pathgene.host.planners.grid.grid_search import Prices
 from pathgene.host.planners.grid.polylines import lengthened
+from pathgene.host.problem.problem import Problem
 
 
 __all__ = ["TRIALS", "refined"]
@@ -20,12 +21,14 @@ Floats = NDArray[np.float64]
 Path = NDArray[np.float64]
 
 #: Number of paths tried. Each takes about 8 ms of a processor.
-TRIALS = 50
+TRIALS = 80
 # Standard deviation of a move, as a share of the distance from start to goal, and its scales.
 _MOVE = 0.05
 _SCALES = (1.0, 0.5, 0.25, 0.1, 0.03)
 # Shares of the trials that add a turn or remove one.
 _ADDED, _REMOVED = 0.15, 0.1
+# Moves drawn for a trial, at most: the first that crosses no more blocked cells is tried.
+_DRAWS = 10
 # Waypoints that turn less lie on a straight piece.
 _LEAST_TURN_RAD = 1e-3
 
@@ -35,9 +38,10 @@ def refined(run: Run, path: Path, fitness: float) -> list[Path]:
 
     A trial moves a turn of the best known path, adds one at the middle of a segment, or removes
     one; more waypoints on the straight pieces and the lowest altitudes follow, as in
-    :func:`pathgene.host.planners.chip.polish.polished`. Next to an end with a heading, the turn
-    stays where it is. The seed of the plan determines all trials. They end early with a stop
-    criterion. Their time is the phase ``refinement``, apart from the evaluation.
+    :func:`pathgene.host.planners.chip.polish.polished`. A move that crosses more blocked cells than
+    the best path is drawn again. Next to an end with a heading, the turn stays where it is. The
+    seed of the plan determines all trials. They end early with a stop criterion. Their time is the
+    phase ``refinement``, apart from the evaluation.
 
     Parameters
     ----------
@@ -58,12 +62,16 @@ def refined(run: Run, path: Path, fitness: float) -> list[Path]:
     after, before = (int(heading is not None) for heading in problem.headings)
     if len(turns) - after - before < 2:
         return []
+    blocked = _blocked(problem, turns)
     for _ in range(TRIALS):
         if run.stopped_by() not in (None, "generations") or run.out_of_time:
             break
         span = slice(after, len(turns) - before)
-        moved = _moved(rng, turns, move_m * float(rng.choice(_SCALES)), span)
         with run.phase("refinement"):
+            for _ in range(_DRAWS):
+                moved = _moved(rng, turns, move_m * float(rng.choice(_SCALES)), span)
+                if _blocked(problem, moved) <= blocked:
+                    break
             places = lengthened(moved, POLISHED_WAYPOINTS, radius_m)
             trial = lowest_altitudes(problem, prices, places)
         if trial is None:
@@ -71,8 +79,23 @@ def refined(run: Run, path: Path, fitness: float) -> list[Path]:
         value = float(run.fitness([trial], strict=True)[0])
         if value > fitness:
             fitness, turns = value, moved
+            blocked = _blocked(problem, turns)
             found.append(trial)
     return found
+
+
+def _blocked(problem: Problem, turns: Floats) -> int:
+    """Return how many samples of the lines between turns lie in blocked cells or off the map."""
+    terrain = problem.terrain
+    runs = np.hypot(*np.diff(turns, axis=0).T)
+    parts = np.maximum(np.ceil(runs / min(terrain.dx_m, terrain.dy_m)), 1).astype(np.int64)
+    line = np.repeat(np.arange(len(runs)), parts)
+    share = (np.arange(len(line)) - (np.cumsum(parts) - parts)[line] + 0.5) / parts[line]
+    at = turns[line] + share[:, None] * (turns[line + 1] - turns[line])
+    size = terrain.width_m, terrain.height_m
+    inside = ((at >= 0) & (at <= size)).all(axis=1)
+    nodes = terrain.nearest_nodes(*at[inside].T)
+    return int(problem.blocked_raster[nodes].sum()) + int((~inside).sum())
 
 
 def _turns(places: Floats) -> Floats:

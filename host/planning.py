@@ -398,7 +398,7 @@ class Search:
         if replanner is None or not replanner.is_ready:
             return self.run(evaluator, source=plan.source)
         result = replanner.replan(evaluator, self.options)
-        return self._settled(self._plan(evaluator, result, plan.source), None)
+        return self._settled(self._plan(evaluator, result, plan.source), None, improves=False)
 
     def _plan(self, evaluator: Evaluator, result: Result, source: Mapping[str, Any]) -> Plan:
         return Plan(
@@ -411,8 +411,11 @@ class Search:
             search=self,
         )
 
-    def _settled(self, plan: Plan, stop: Stop | None) -> Plan:
-        """Complete a plan without a feasible path by the fallback's path, or by the reason."""
+    def _settled(self, plan: Plan, stop: Stop | None, *, improves: bool = True) -> Plan:
+        """Complete a plan without a feasible path by the fallback's path, or by the reason.
+
+        With ``improves``, further routes and the refinement of the best one follow.
+        """
         result, evaluator = plan.result, plan.evaluator
         if self.fallback is None or result.evaluation.feasible:
             return plan
@@ -422,6 +425,7 @@ class Search:
             stop.heeded = False
         # Loads SciPy.
         from pathgene.host.connection import SEARCHERS, connect, interrupted, with_path_of
+        from pathgene.host.planners.grid.further import improved
 
         searchers: tuple[str, ...] = ()
         if self.fallback == "astar" and not evaluator.problem.as_paper:
@@ -429,6 +433,9 @@ class Search:
             searchers = SEARCHERS[1:] if self.planner == SEARCHERS[0] else SEARCHERS
         try:
             found = connect(evaluator, searchers=searchers, best=result.evaluation, stop=stop)
+            better = found.result
+            if improves and better is not None and found.reason is None:
+                better = improved(evaluator, better, self.options.seed, stop)
         except KeyboardInterrupt:
             if stop is None or not stop.requested:
                 raise
@@ -436,9 +443,9 @@ class Search:
         finally:
             if stop is not None:
                 stop.heeded = True
-        if found.reason is None and found.result is not None:
+        if found.reason is None and better is not None:
             return dataclasses.replace(
-                plan, result=with_path_of(result, found.result), fallback=found.planner
+                plan, result=with_path_of(result, better), fallback=found.planner
             )
         if stop is not None and stop.requested:
             return dataclasses.replace(plan, result=interrupted(result))

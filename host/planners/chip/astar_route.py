@@ -79,7 +79,7 @@ class Routes:
         )
 
     def refine(self) -> None:
-        """Refine the best known path (:func:`~pathgene.host.planners.chip.refinement.refined`).
+        """Refine the best known path (:func:`~pathgene.host.planners.grid.refinement.refined`).
 
         The time is the phase ``refinement``. A path is not refined unless it is feasible and no
         stop criterion other than the generations has ended the search.
@@ -90,7 +90,7 @@ class Routes:
         if self._is_stopped or not evaluation.feasible:
             return
         # It loads SciPy.
-        from pathgene.host.planners.chip.refinement import refined
+        from pathgene.host.planners.grid.refinement import refined
 
         better = refined(run, path, evaluation.fitness)
         if self._is_of_chip(path):

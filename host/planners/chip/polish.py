@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.planners.grid.altitudes import lowest_altitudes
+from pathgene.host.planners.grid.astar import DEFAULT_MAX_WAYPOINTS
 from pathgene.host.planners.grid.grid_search import Prices
 from pathgene.host.planners.grid.polylines import lengthened
 from pathgene.host.problem.problem import Problem
@@ -18,7 +19,7 @@ __all__ = ["POLISHED_WAYPOINTS", "polished"]
 Path = NDArray[np.float64]
 
 #: Waypoints between the ends of a polished path, if its straight pieces have room for them.
-POLISHED_WAYPOINTS = 32
+POLISHED_WAYPOINTS = DEFAULT_MAX_WAYPOINTS
 
 
 def polished(problem: Problem, paths: Iterable[Path]) -> list[Path]:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from pathgene.host.planners.base import Options, Run, Stop
-from pathgene.host.planners.chip import polish, refinement
+from pathgene.host.planners.chip import polish
 from pathgene.host.planners.chip.ga_chip import ChipGeneticPlanner
 from pathgene.host.planners.chip.runs import ChipRuns
-from pathgene.host.planners.grid import astar
+from pathgene.host.planners.grid import astar, further, refinement
 from pathgene.host.planners.grid.astar import AstarPlanner
 from pathgene.host.planning import Search
 from pathgene.host.problem.rules import Rules
@@ -183,6 +183,22 @@ def test_a_problem_without_a_path_of_the_chip_is_left_to_the_fallback(
     assert result.evaluation.feasible
     assert result.hardware["route_from"] == "astar"
     assert result.hardware["routes"] == {"chip": None, "astar": result.evaluation.fitness}
+
+
+def test_the_path_of_the_fallback_is_improved(make_evaluator, monkeypatch):
+    monkeypatch.setattr(ChipRuns, "search", lambda *_: None)
+    evaluator = make_evaluator(rules=Rules())
+    search = Search("ga-chip", generations=1, fallback="astar")
+    plan = search.run(evaluator)
+    assert plan.fallback == "astar"
+    assert plan.evaluation.feasible
+    assert evaluator.evaluate(plan.path) == plan.evaluation
+    alone = astar_plan(evaluator)
+    assert plan.evaluation.fitness > alone.evaluation.fitness
+    monkeypatch.setattr(further, "improved", lambda evaluator, found, seed, stop: found)
+    before = search.run(evaluator)
+    assert before.evaluation.fitness == alone.evaluation.fitness
+    assert before.result.evaluations < plan.result.evaluations
 
 
 @pytest.mark.parametrize("options", [SHORT, LONG])

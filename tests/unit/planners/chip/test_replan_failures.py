@@ -10,6 +10,7 @@ from pathgene.host.device.boards import open_board
 from pathgene.host.device.link import LinkError
 from pathgene.host.device.runs import Runs
 from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
+from pathgene.host.planners.grid import further
 from pathgene.host.planning import Search
 from pathgene.host.problem.corner_map import CornerMap
 from pathgene.host.problem.zones import Zone
@@ -155,6 +156,8 @@ def test_where_the_chip_finds_none_the_fallback_does(make_evaluator, search, mon
     flight = before.evaluator.problem
     straight = np.array([flight.start, flight.goal])
     monkeypatch.setattr(ProblemOnChip, "metres", lambda task, packed: straight)
+    # In flight there is no time for it.
+    monkeypatch.setattr(further, "improved", lambda *_: pytest.fail("The path is improved."))
     after = before.replan(zones=[BEHIND])
     assert len(runs_of(after)) == 8
     assert after.evaluation.feasible

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.planners.base import Run
-from pathgene.host.planners.chip.polish import POLISHED_WAYPOINTS
 from pathgene.host.planners.grid.altitudes import lowest_altitudes
+from pathgene.host.planners.grid.astar import DEFAULT_MAX_WAYPOINTS
 from pathgene.host.planners.grid.grid_search import Prices
 from pathgene.host.planners.grid.polylines import lengthened
 from pathgene.host.problem.problem import Problem
@@ -37,11 +37,11 @@ def refined(run: Run, path: Path, fitness: float) -> list[Path]:
     """Return better and better copies of a feasible path, each with a turn moved; maybe none.
 
     A trial moves a turn of the best known path, adds one at the middle of a segment, or removes
-    one; more waypoints on the straight pieces and the lowest altitudes follow, as in
-    :func:`pathgene.host.planners.chip.polish.polished`. A move that crosses more blocked cells than
-    the best path is drawn again. Next to an end with a heading, the turn stays where it is. The
-    seed of the plan determines all trials. They end early with a stop criterion. Their time is the
-    phase ``refinement``, apart from the evaluation.
+    one; more waypoints on the straight pieces and the lowest altitudes follow, as in the searches
+    of ``astar``. A move that crosses more blocked cells than the best path is drawn again. Next to
+    an end with a heading, the turn stays where it is. The seed of the plan determines all trials.
+    They end early with a stop criterion. Their time is the phase ``refinement``, apart from the
+    evaluation.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def refined(run: Run, path: Path, fitness: float) -> list[Path]:
                 moved = _moved(rng, turns, move_m * float(rng.choice(_SCALES)), span)
                 if _blocked(problem, moved) <= blocked:
                     break
-            places = lengthened(moved, POLISHED_WAYPOINTS, radius_m)
+            places = lengthened(moved, DEFAULT_MAX_WAYPOINTS, radius_m)
             trial = lowest_altitudes(problem, prices, places)
         if trial is None:
             continue
@@ -114,7 +114,7 @@ def _moved(rng: np.random.Generator, turns: Floats, move_m: float, span: slice) 
     """
     kind, count = rng.random(), span.stop - span.start - 2
     move = move_m * rng.standard_normal(2)
-    if count == 0 or (kind < _ADDED and len(turns) - 2 < POLISHED_WAYPOINTS):
+    if count == 0 or (kind < _ADDED and len(turns) - 2 < DEFAULT_MAX_WAYPOINTS):
         after = span.start + int(rng.integers(count + 1))
         return np.insert(turns, after + 1, turns[after : after + 2].mean(axis=0) + move, axis=0)
     which = span.start + 1 + int(rng.integers(count))

@@ -14,7 +14,7 @@ from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
 
 
-__all__ = ["fine_grid"]
+__all__ = ["covered_cells", "fine_grid"]
 
 # Maximum corners of a zone whose distance from nodes is computed, edge by edge.
 _MOST_ZONE_CORNERS = 64
@@ -41,7 +41,7 @@ def fine_grid(
     terrain = problem.terrain if parts == 1 else _divided(problem.terrain, parts)
     if problem.rules is None:
         return SearchGrid(replace(problem, terrain=terrain), margin_m, most_nodes=most_nodes)
-    plain = [zone for zone in problem.zones if _is_plain(zone)]
+    plain = _plain(problem)
     others = tuple(zone for zone in problem.zones if not _is_plain(zone))
     return SearchGrid(
         replace(problem, terrain=terrain, zones=others),
@@ -49,6 +49,18 @@ def fine_grid(
         most_nodes=most_nodes,
         blocked=_reached(terrain, plain, problem.rules.zone_margin_m),
     )
+
+
+def covered_cells(problem: Problem) -> NDArray[np.bool_]:
+    """Return the cells of the terrain whose middle a zone covers, (ny, nx).
+
+    Zones with limits or many corners do not count.
+    """
+    return _reached(problem.terrain, _plain(problem), 0.0)
+
+
+def _plain(problem: Problem) -> list[Zone]:
+    return [zone for zone in problem.zones if _is_plain(zone)]
 
 
 def _is_plain(zone: Zone) -> bool:

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from pathgene.host.planners.base import Run
 from pathgene.host.planners.grid.altitudes import lowest_altitudes
 from pathgene.host.planners.grid.astar import DEFAULT_MAX_WAYPOINTS
+from pathgene.host.planners.grid.fine_grid import covered_cells
 from pathgene.host.planners.grid.grid_search import Prices
 from pathgene.host.planners.grid.polylines import lengthened
-from pathgene.host.problem.problem import Problem
+from pathgene.host.terrain import Terrain
 
 
 __all__ = ["TRIALS", "refined"]
@@ -27,7 +28,7 @@ _MOVE = 0.05
 _SCALES = (1.0, 0.5, 0.25, 0.1, 0.03)
 # Shares of the trials that add a turn or remove one.
 _ADDED, _REMOVED = 0.15, 0.1
-# Moves drawn for a trial, at most: the first that crosses no more blocked cells is tried.
+# Moves drawn for a trial, at most: the first that crosses no more of the zones is tried.
 _DRAWS = 10
 # Waypoints that turn less lie on a straight piece.
 _LEAST_TURN_RAD = 1e-3
@@ -38,10 +39,10 @@ def refined(run: Run, path: Path, fitness: float) -> list[Path]:
 
     A trial moves a turn of the best known path, adds one at the middle of a segment, or removes
     one; more waypoints on the straight pieces and the lowest altitudes follow, as in the searches
-    of ``astar``. A move that crosses more blocked cells than the best path is drawn again. Next to
-    an end with a heading, the turn stays where it is. The seed of the plan determines all trials.
-    They end early with a stop criterion. Their time is the phase ``refinement``, apart from the
-    evaluation.
+    of ``astar``. A move that crosses more of the zones than the best path, or leaves the map, is
+    drawn again. Next to an end with a heading, the turn stays where it is. The seed of the plan
+    determines all trials. They end early with a stop criterion. Their time is the phase
+    ``refinement``, apart from the evaluation.
 
     Parameters
     ----------
@@ -62,7 +63,8 @@ def refined(run: Run, path: Path, fitness: float) -> list[Path]:
     after, before = (int(heading is not None) for heading in problem.headings)
     if len(turns) - after - before < 2:
         return []
-    blocked = _blocked(problem, turns)
+    terrain, covered = problem.terrain, covered_cells(problem)
+    crossed = _crossed(terrain, covered, turns)
     for _ in range(TRIALS):
         if run.stopped_by() not in (None, "generations") or run.out_of_time:
             break
@@ -70,7 +72,7 @@ def refined(run: Run, path: Path, fitness: float) -> list[Path]:
         with run.phase("refinement"):
             for _ in range(_DRAWS):
                 moved = _moved(rng, turns, move_m * float(rng.choice(_SCALES)), span)
-                if _blocked(problem, moved) <= blocked:
+                if _crossed(terrain, covered, moved) <= crossed:
                     break
             places = lengthened(moved, DEFAULT_MAX_WAYPOINTS, radius_m)
             trial = lowest_altitudes(problem, prices, places)
@@ -79,14 +81,13 @@ def refined(run: Run, path: Path, fitness: float) -> list[Path]:
         value = float(run.fitness([trial], strict=True)[0])
         if value > fitness:
             fitness, turns = value, moved
-            blocked = _blocked(problem, turns)
+            crossed = _crossed(terrain, covered, turns)
             found.append(trial)
     return found
 
 
-def _blocked(problem: Problem, turns: Floats) -> int:
-    """Return how many samples of the lines between turns lie in blocked cells or off the map."""
-    terrain = problem.terrain
+def _crossed(terrain: Terrain, covered: NDArray[np.bool_], turns: Floats) -> int:
+    """Return how many samples of the lines between turns lie in covered cells or off the map."""
     runs = np.hypot(*np.diff(turns, axis=0).T)
     parts = np.maximum(np.ceil(runs / min(terrain.dx_m, terrain.dy_m)), 1).astype(np.int64)
     line = np.repeat(np.arange(len(runs)), parts)
@@ -94,8 +95,7 @@ def _blocked(problem: Problem, turns: Floats) -> int:
     at = turns[line] + share[:, None] * (turns[line + 1] - turns[line])
     size = terrain.width_m, terrain.height_m
     inside = ((at >= 0) & (at <= size)).all(axis=1)
-    nodes = terrain.nearest_nodes(*at[inside].T)
-    return int(problem.blocked_raster[nodes].sum()) + int((~inside).sum())
+    return int(covered[terrain.nearest_nodes(*at[inside].T)].sum()) + int((~inside).sum())
 
 
 def _turns(places: Floats) -> Floats:

@@ -1,5 +1,6 @@
 """Trials of the refinement, and the further routes of a path that a planner has found."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +9,10 @@ import pytest
 from pathgene.host.planners.base import Options, Run, Stop
 from pathgene.host.planners.grid import further, refinement
 from pathgene.host.planners.grid.astar import AstarPlanner
+from pathgene.host.planners.grid.fine_grid import covered_cells
 from pathgene.host.planners.grid.further import improved
+from pathgene.host.problem.rules import Rules
+from pathgene.host.problem.zones import Polygon
 
 
 @pytest.fixture
@@ -18,12 +22,13 @@ def found(evaluator):
 
 
 def crossings(evaluator, found, monkeypatch):
-    """Return for each trial how many more blocked cells it crosses than the path."""
+    """Return for each trial how many more cells of zones it crosses than the path."""
     problem, more, real = evaluator.problem, [], refinement.lowest_altitudes
-    before = refinement._blocked(problem, found.path[:, :2])
+    zones = problem.terrain, covered_cells(problem)
+    before = refinement._crossed(*zones, found.path[:, :2])
 
     def lowest(problem, prices, places):
-        more.append(refinement._blocked(problem, places) - before)
+        more.append(refinement._crossed(*zones, places) - before)
         return real(problem, prices, places)
 
     with monkeypatch.context() as patch:
@@ -33,7 +38,7 @@ def crossings(evaluator, found, monkeypatch):
     return np.array(more)
 
 
-def test_trials_avoid_blocked_cells(evaluator, found, monkeypatch):
+def test_trials_avoid_zones(evaluator, found, monkeypatch):
     avoided = crossings(evaluator, found, monkeypatch)
     monkeypatch.setattr(refinement, "_DRAWS", 1)
     drawn = crossings(evaluator, found, monkeypatch)
@@ -42,11 +47,12 @@ def test_trials_avoid_blocked_cells(evaluator, found, monkeypatch):
     assert not (avoided > 0).any()
 
 
-def test_cells_off_the_map_are_blocked(make_evaluator):
+def test_a_line_off_the_map_counts_as_one_in_a_zone(make_evaluator):
     problem = make_evaluator(zones=()).problem
+    zones = problem.terrain, covered_cells(problem)
     inside = np.array([(500.0, 500.0), (3000.0, 500.0)])
-    assert refinement._blocked(problem, inside) == 0
-    assert refinement._blocked(problem, inside - (0.0, 600.0)) == 25
+    assert refinement._crossed(*zones, inside) == 0
+    assert refinement._crossed(*zones, inside - (0.0, 600.0)) == 25
 
 
 def test_a_found_path_is_improved(evaluator, found):
@@ -88,3 +94,16 @@ def test_a_worse_path_does_not_replace_the_found_one(evaluator, found, monkeypat
     same = improved(evaluator, replace(best, archive=found.archive), 1)
     assert np.array_equal(same.path, best.path)
     assert same.archive is found.archive
+
+
+def test_cells_at_the_border_of_a_zone_are_not_covered(make_evaluator):
+    """The search avoids all cells that a zone touches, and the strict rule does not."""
+    ring = ((1930, 1930), (2270, 1930), (2270, 2270), (1930, 2270))
+    above = Polygon(ring, lower_m=2_000.0)
+    problem = make_evaluator(zones=(Polygon(ring), above), rules=Rules()).problem
+    covered = covered_cells(problem)
+    assert set(zip(*np.nonzero(covered), strict=True)) == set(
+        itertools.product((20, 21, 22), repeat=2)
+    )
+    assert problem.nofly_raster.sum() > covered.sum()
+    assert not covered_cells(make_evaluator(zones=(above,), rules=Rules()).problem).any()

@@ -202,14 +202,18 @@ class SearchGrid:
 
         With ``blocked_factor`` it is finite there.
         """
-        above = surface - self.prices.base_m
-        level = self.prices.area * above + self.prices.work * self.prices.glide
+        level = self.level_price_per_m(surface)
         if self.factors is not None:
             level = level * self.factors
         barred = math.inf
         if self.blocked_factor is not None:
             barred = self.blocked_factor * float(level.max(where=~self.blocked, initial=LEAST_COST))
         return np.where(self.blocked, barred, level)
+
+    def level_price_per_m(self, surface: Floats) -> Floats:
+        """Return the cost of a metre of level flight on ``surface``, as if no node was blocked."""
+        above = surface - self.prices.base_m
+        return self.prices.area * above + self.prices.work * self.prices.glide
 
     def nodes(self, x: Floats, y: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return row and column of the nodes that cover points on the map, metres."""

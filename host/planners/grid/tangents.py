@@ -1,15 +1,15 @@
 """Routes past zones through gaps that are narrower than the nodes of a grid.
 
-Points lie around each zone, on a polygon that contains it. Two of them are linked where the line
-between them meets no blocked cell of the terrain. The cheapest routes along these lines are those
-that two searches find: for each point, the cheapest way from the start and the cheapest one to the
-goal.
+Points lie around each zone, on a polygon that contains it, and in narrow gaps. Two of them are
+linked where the line between them meets no blocked cell of the terrain. The cheapest routes along
+these lines are those that two searches find: for each point, the cheapest way from the start and
+the cheapest one to the goal.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,12 @@ _CORNERS = 12
 # Its distance from the zone: in diagonals of a cell, and at least in turn radii, because turns cut
 # corners.
 _AWAY_CELLS, _AWAY_RADII = 0.75, 0.15
+# Gaps between two zones that have a point in their middle: their width in diagonals of a cell, and
+# the maximum number of pairs; points on the outline of a zone, from which gaps are measured.
+_GAP_CELLS, _MOST_PAIRS, _OUTLINE_POINTS = 5.0, 500, 64
+# Points along the axis of a gap, in diagonals of a cell, and projections that find its middle.
+_ALONG_CELLS = (-8.0, -3.0, 0.0, 3.0, 8.0)
+_PROJECTIONS = 8
 # Longest routes, as a multiple of the straight line, and the maximum number of points.
 _LONGEST, _MOST_POINTS = 1.2, 300
 # Shortest line between two turns, in turn radii: each may turn by 28 degrees.
@@ -89,7 +95,9 @@ def _points(problem: Problem, grid: SearchGrid, ends: Floats) -> Floats:
     )
     if problem.rules is not None:
         away_m += problem.rules.zone_margin_m
-    around = _around((zone.footprint for zone in problem.zones), away_m)
+    footprints = [zone.footprint for zone in problem.zones]
+    cell_m = math.hypot(terrain.dx_m, terrain.dy_m)
+    around = np.concatenate((_around(footprints, away_m), _gaps(footprints, cell_m)))
     size = terrain.width_m, terrain.height_m
     around = around[((around >= 0) & (around <= size)).all(axis=1)]
     around = around[~grid.blocked_cells[terrain.nearest_nodes(*around.T)]]
@@ -119,6 +127,55 @@ def _around(footprints: Iterable[Footprint], away_m: float) -> Floats:
     return np.concatenate(polygons)
 
 
+def _gaps(footprints: Sequence[Footprint], cell_m: float) -> Floats:
+    """Return points on the axes of narrow gaps between two footprints, (n, 2) metres."""
+    widest_m = _GAP_CELLS * cell_m
+    boxes = np.array([footprint.box for footprint in footprints]).reshape(-1, 4)
+    low, high = boxes[:, :2], boxes[:, 2:]
+    apart = np.maximum(low[:, None] - high, low - high[:, None]).max(axis=2, initial=-math.inf)
+    one, other = np.nonzero(np.triu(apart < widest_m, 1))
+    outlines = {at: _outline(footprints[at]) for at in {*one.tolist(), *other.tolist()}}
+    middles = [np.empty((0, 2))]
+    for pair in list(zip(one.tolist(), other.tolist(), strict=True))[:_MOST_PAIRS]:
+        this, that = (outlines[at] for at in pair)
+        away = _distances(this, that)
+        far = that[away.min(axis=0).argmin()]
+        # The points on the outlines are farther apart than the gap is wide.
+        for _ in range(_PROJECTIONS):
+            near = _projected(footprints[pair[0]], far)
+            far = _projected(footprints[pair[1]], near)
+        width_m = math.dist(near, far)
+        if 0 < width_m < widest_m:
+            across = (far - near) / width_m
+            axis = np.array((-across[1], across[0]))
+            middles.append(0.5 * (near + far) + cell_m * np.outer(_ALONG_CELLS, axis))
+    return np.concatenate(middles)
+
+
+def _projected(footprint: Footprint, point: Floats) -> Floats:
+    """Return the point on the outline of a footprint that is nearest to ``point``, (2,) metres."""
+    if footprint.disc is not None:
+        middle = np.array(footprint.disc[:2])
+        away_m = max(math.dist(middle, point), LEAST_COST)
+        on_circle: Floats = middle + footprint.disc[2] / away_m * (point - middle)
+        return on_circle
+    start = np.array(footprint.rings[0])[:, :2]
+    edge = np.roll(start, -1, axis=0) - start
+    length = np.maximum((edge**2).sum(axis=1), LEAST_COST)
+    share = np.clip(((point - start) * edge).sum(axis=1) / length, 0, 1)
+    on_edges = start + share[:, None] * edge
+    nearest: Floats = on_edges[((on_edges - point) ** 2).sum(axis=1).argmin()]
+    return nearest
+
+
+def _outline(footprint: Footprint) -> Floats:
+    """Return points on the outline of a footprint, (n, 2) metres."""
+    ring = np.array(footprint.outline(_OUTLINE_POINTS)[0])[:, :2]
+    shares = np.arange(max(_OUTLINE_POINTS // len(ring), 1))[:, None, None]
+    along = shares / len(shares)
+    return np.concatenate(ring + along * (np.roll(ring, -1, axis=0) - ring))
+
+
 def _lines(points: Floats, grid: SearchGrid, surface: Floats) -> csr_array:
     """Return the costs of the free lines from points to points, (n, n)."""
     count = len(points)
@@ -135,9 +192,8 @@ def _lines(points: Floats, grid: SearchGrid, surface: Floats) -> csr_array:
         is_free[line[grid.blocked_cells[terrain.nearest_nodes(*at.T)]]] = False
         one, other = one[is_free], other[is_free]
     at, line = _samples(points[one], points[other], min(grid.dx_m, grid.dy_m))
-    price = grid.price_per_m(surface)
     # Blocked nodes have free cells.
-    price = np.where(np.isfinite(price), price, price.max(where=np.isfinite(price), initial=0.0))
+    price = grid.level_price_per_m(surface)
     sums = np.bincount(line, weights=price[grid.nodes(*at.T)], minlength=len(one))
     means = sums / np.bincount(line, minlength=len(one))
     costs = np.maximum(means * runs[one, other], LEAST_COST)

@@ -8,9 +8,10 @@ import pytest
 
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import Options, Run
+from pathgene.host.planners.choice import choose
 from pathgene.host.planners.grid.astar import AstarPlanner, fine_searches
 from pathgene.host.planners.grid.fine_grid import fine_grid
-from pathgene.host.planners.grid.tangents import tangent_routes
+from pathgene.host.planners.grid.tangents import _gaps, tangent_routes
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Circle, Polygon
@@ -105,10 +106,30 @@ def test_finds_a_gap_that_is_narrower_than_the_nodes_of_the_search(rules):
     column = grid.blocked[:, grid.blocked.shape[1] // 2]
     assert column[: int(0.9 * len(column))].all()
     quick = AstarPlanner().plan(evaluator, Options(generations=8))
-    found = next(fine_searches(Run(evaluator, Options()), 32))
-    fitness, path = max(found, key=lambda pair: pair[0])
-    evaluation = evaluator.evaluate(path)
+    run = Run(evaluator, Options())
+    assert all(len(path) - 2 <= 32 for _, path in next(fine_searches(run, 32)))
+    path, evaluation = choose(evaluator, run.candidates)
     assert evaluation.feasible
-    assert evaluation.fitness == pytest.approx(fitness)
-    assert len(path) - 2 <= 32
+    assert np.abs(path[:, 1] - MIDDLE_M).max() < 1_100.0
     assert not quick.evaluation.feasible
+
+
+@pytest.mark.parametrize("gap_m", [45.0, 60.0])
+def test_passes_between_two_large_circles(gap_m):
+    """Tangents of one circle meet the other; points in the gap are on the way."""
+    half = 900.0 + gap_m / 2
+    circles = [Circle(MIDDLE_M + 31.0, MIDDLE_M + side * half, 900.0) for side in (-1, 1)]
+    _, routes = routes_of(level(tuple(circles)))
+    assert length(routes[0]) < 1.001 * (GOAL[0] - START[0])
+    assert np.abs(routes[0][:, 1] - MIDDLE_M).max() < gap_m
+
+
+def test_a_gap_of_polygons_has_points_on_its_axis():
+    left, right = (
+        Polygon(((x, 100), (x + 400, 100), (x + 400, 900), (x, 900))).footprint for x in (0, 450)
+    )
+    points = _gaps([left, right], 20.0)
+    assert points[:, 0] == pytest.approx(425.0)
+    assert np.diff(np.sort(points[:, 1])) == pytest.approx([100, 60, 60, 100])
+    assert len(_gaps([left, right], 9.0)) == 0
+    assert len(_gaps([left], 20.0)) == len(_gaps([], 20.0)) == 0

@@ -412,10 +412,7 @@ class Search:
         )
 
     def _settled(self, plan: Plan, stop: Stop | None, *, improves: bool = True) -> Plan:
-        """Complete a plan without a feasible path by the fallback's path, or by the reason.
-
-        With ``improves``, further routes and the refinement of the best one follow.
-        """
+        """Complete a plan without a feasible path by the fallback's, improved, or by the reason."""
         result, evaluator = plan.result, plan.evaluator
         if self.fallback is None or result.evaluation.feasible:
             return plan
@@ -444,9 +441,8 @@ class Search:
             if stop is not None:
                 stop.heeded = True
         if found.reason is None and better is not None:
-            return dataclasses.replace(
-                plan, result=with_path_of(result, better), fallback=found.planner
-            )
+            better = with_path_of(result, better)
+            return dataclasses.replace(plan, result=better, fallback=found.planner)
         if stop is not None and stop.requested:
             return dataclasses.replace(plan, result=interrupted(result))
         return dataclasses.replace(plan, reason=found.reason)

@@ -177,7 +177,7 @@ def searches(
     lattice : ChipMap, optional
         Map on whose cells and altitude steps waypoints must lie.
     most_turns : int, optional
-        Maximum number of waypoints at which a path turns; the others lie on its straight pieces. By
+        Maximum number of waypoints at which a path turns; more lie on its straight pieces. By
         default all may turn.
 
     Yields

@@ -210,7 +210,7 @@ def _samples(start: Floats, stop: Floats, step_m: float) -> tuple[Floats, Intege
 
 
 def _distances(one: Floats, other: Floats) -> Floats:
-    """Return the distances of all points from all others, (n, m)."""
+    """Return the distance of each point of one array from each of another, (n, m)."""
     distances: Floats = np.hypot(*(one[:, None] - other[None]).transpose(2, 0, 1))
     return distances
 

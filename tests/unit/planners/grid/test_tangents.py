@@ -116,7 +116,7 @@ def test_finds_a_gap_that_is_narrower_than_the_nodes_of_the_search(rules):
 
 @pytest.mark.parametrize("gap_m", [45.0, 60.0])
 def test_passes_between_two_large_circles(gap_m):
-    """Tangents of one circle meet the other; points in the gap are on the way."""
+    """Tangents of a circle meet its neighbour at the gap, and points in the gap lead through."""
     half = 900.0 + gap_m / 2
     circles = [Circle(MIDDLE_M + 31.0, MIDDLE_M + side * half, 900.0) for side in (-1, 1)]
     _, routes = routes_of(level(tuple(circles)))

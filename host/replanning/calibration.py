@@ -12,17 +12,17 @@ import math
 import time
 from statistics import median
 
-import numpy as np
-
 from pathgene.hdl.config import GeneticCore
 from pathgene.host.device.boards import open_board, with_core
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.machine import keep_memory
 from pathgene.host.planning import Plan, Search
-from pathgene.host.problem.changes import changed_problem
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
+from pathgene.host.replanning.departure import depart, fault_of
+from pathgene.host.replanning.present import Present
+from pathgene.host.replanning.tracks import pose_at, run_of
 
 
 __all__ = ["measure_host_s"]
@@ -31,10 +31,11 @@ __all__ = ["measure_host_s"]
 _CHIP_MS = 10
 #: Number of replans. The first ones load kernels and modules, and do not count.
 _REPLANS, _FIRST = 13, 2
-#: Places of the aircraft and of the zones, as shares of the path, and radius of a zone, as a share
-#: of the straight line.
+#: Beginnings of the plans and places of the zones, as shares of the path, and radius of a zone, as
+#: a share of the straight line.
 _STARTS, _ZONES, _RADIUS = (0.05, 0.2), (0.45, 0.7), 0.03
-_STEP_M = 10.0
+#: Distance from the aircraft to the beginning of a plan, metres.
+_AHEAD_M = 3.0
 #: The share is rounded to this many digits of a second, so that the printed number is exact.
 _DIGITS = 5
 
@@ -43,8 +44,9 @@ def measure_host_s(mission: Problem) -> float | None:
     """Return the host's share of a replan without repair, seconds.
 
     It is the median of a few replans, in each of which a zone appears on the path of the mission
-    ahead of the aircraft: the changed problem, the changes of the map and the strict check. It is
-    None if too few of them find a path in the first run.
+    ahead of the aircraft: all that a flight does from the change until the path can be passed on,
+    from the check of the current track to the check of the new one. It is None if too few of them
+    find a path in the first run.
 
     Raises
     ------
@@ -59,15 +61,21 @@ def measure_host_s(mission: Problem) -> float | None:
         search = Search("ga-chip", board=chip, chip_ms=_CHIP_MS, polish="off")
         evaluator = Evaluator(mission, threads=1)
         plan = search.run(evaluator)
+        track = evaluator.track(plan.path).pieces
         for number in range(_REPLANS):
-            changes = _changes(plan, number / (_REPLANS - 1))
+            zone, leaves_m = _change(plan, number / (_REPLANS - 1))
             waited_s, began = chip.link.traffic.waiting_s, time.perf_counter()
             try:
-                problem = changed_problem(mission, *changes)
+                present = Present(mission, (*mission.zones, zone), mission.goal, mission.wind)
+                present.safe_until_m(track, leaves_m - _AHEAD_M)
+                departure = depart(present, track, leaves_m, is_committed=True)
+                problem = departure.problem(present, mission.aircraft)
                 found = search.replan(plan, Evaluator(problem, threads=1))
             except InputError:
                 # Start or goal is in the zone.
                 continue
+            path = found.evaluator.track(found.path).pieces
+            fault_of(departure.joined(path, leaves_m - _AHEAD_M), present)
             spent_s = time.perf_counter() - began
             runs = [] if found.result.hardware is None else found.result.hardware["runs"]
             if [run["repairs"] for run in runs] == [0]:
@@ -79,16 +87,14 @@ def measure_host_s(mission: Problem) -> float | None:
     return round(median(measured[_FIRST:]), _DIGITS)
 
 
-def _changes(plan: Plan, share: float) -> tuple[list[Zone], list[float], float]:
-    """Return a zone on the path of a plan, and a start and heading from which it lies ahead."""
-    track = plan.evaluator.track(plan.path).sample(_STEP_M)
-    points = np.column_stack((track.x, track.y, track.z))
-    first, middle = (
-        round((low + share * (high - low)) * (len(points) - 2)) for low, high in (_STARTS, _ZONES)
+def _change(plan: Plan, share: float) -> tuple[Zone, float]:
+    """Return a zone on the path of a plan, and a distance along it from which it lies ahead."""
+    track = plan.evaluator.track(plan.path).pieces
+    length_m = run_of(track)
+    leaves_m, middle_m = (
+        length_m * (low + share * (high - low)) for low, high in (_STARTS, _ZONES)
     )
-    east, north, _ = points[first + 1] - points[first]
-    x, y, _ = points[middle].tolist()
+    middle = pose_at(track, middle_m)
     problem = plan.evaluator.problem
     radius_m = _RADIUS * math.dist(problem.start[:2], problem.goal[:2])
-    heading = problem.true_heading_deg(math.degrees(math.atan2(east, north))) % 360
-    return [Zone.circle(x, y, radius_m)], points[first].tolist(), heading
+    return Zone.circle(middle.x, middle.y, radius_m), leaves_m

@@ -24,6 +24,7 @@ from pathgene.hdl.protocol.runs import Outcome as RunOutcome
 from pathgene.hdl.protocol.runs import RunOptions
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.chip.problem_record import chip_ends, problem_record, whole_path
+from pathgene.host.planners.chip.schedule import blocks_of
 from pathgene.host.planners.choice import choose
 from pathgene.host.problem.corner_map import CornerMap
 from pathgene.host.problem.rules import Rules
@@ -130,7 +131,8 @@ def _prepared(
 def _run(task: Task) -> Outcome:
     config = task.config
     evaluator, grid = _prepared(task.terrain, task.clearance_m, config)
-    record = problem_record(config, evaluator.problem, grid)
+    blocks = blocks_of(task.runs[0].cycles)
+    record = problem_record(config, evaluator.problem, grid, blocks)
     corners = grid.corners(chip_ends(evaluator.problem))
     outcomes: list[RunOutcome] = []
     began = time.process_time()

@@ -119,7 +119,7 @@ _UNITS: Mapping[str, tuple[str, tuple[Any, ...], _Device]] = MappingProxyType(
         ),
         "planner core, 8 lanes": (
             "pathgene.hdl.planner.core.PlannerCore",
-            (_PLANNER_CHIP.replace(altitude_bits=11),),
+            (_PLANNER_CHIP.replace(altitude_bits=10, max_waypoints=18),),
             _PLANNER,
         ),
     }

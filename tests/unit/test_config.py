@@ -138,7 +138,7 @@ def test_replace_checks_again():
 
 def test_the_longest_path_follows_the_core_unless_it_is_given():
     planner = Config(core=GeneticCore.PLANNER)
-    assert (Config().max_waypoints, planner.max_waypoints) == (16, 18)
+    assert (Config().max_waypoints, planner.max_waypoints) == (16, 24)
     assert Config().replace(core=GeneticCore.PLANNER) == planner
     assert planner.replace(core=GeneticCore.PAPER) == Config()
     given = Config(max_waypoints=20).replace(core=GeneticCore.PLANNER)

@@ -121,6 +121,7 @@ EXCEPTIONS = {
         "SegmentWalker",
         "lanes",
     ): "Lanes must be a power of two from 1 to min(16, 1 << coordinate_bits)",
+    ("Route", "max_waypoints"): "Max waypoints must be 2 or more",
     ("SlotPool", "total"): "Slots must be 2 or more",
     ("SquareRoot", "width"): "Root width must be 1 or more",
     ("TwoTierSegmentSetup", "coordinate_bits"): "Coordinate width must be 2 or more",

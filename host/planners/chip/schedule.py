@@ -21,6 +21,7 @@ __all__ = [
     "ChipSchedule",
     "ChipTime",
     "Look",
+    "blocks_of",
     "chip_time",
     "line_s",
 ]
@@ -78,8 +79,8 @@ class ChipSchedule:
 
     @property
     def blocks(self) -> int:
-        """Blocks along each edge of the map over which routes are found: fewer in a short run."""
-        return COARSE_BLOCKS if self._cycles < _FINE_CYCLES else BLOCKS
+        """Blocks along each edge of the map over which routes are found."""
+        return blocks_of(self._cycles)
 
     def first(self) -> list[RunOptions]:
         """Return the options of the runs from new seeds, in order, until one finds a path."""
@@ -130,6 +131,11 @@ class ChipSchedule:
             share=share,
             warm=warm,
         )
+
+
+def blocks_of(cycles: int) -> int:
+    """Return the blocks along each edge of the map for a run of ``cycles``: few in a short one."""
+    return COARSE_BLOCKS if cycles < _FINE_CYCLES else BLOCKS
 
 
 #: The line: bits per second, each of 33 cycles of a 100 MHz clock.

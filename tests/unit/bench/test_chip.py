@@ -39,7 +39,7 @@ def test_means_leave_out_what_is_not_feasible():
 
 @pytest.mark.usefixtures("canyon_alone")
 def test_a_row_of_the_ablation_is_a_run_of_each_clearance(monkeypatch):
-    usual = RunOptions(cycles=500_000)
+    usual = RunOptions(cycles=1_000_000)
     short = {
         "none": usual,
         "no memo": dataclasses.replace(usual, memo=0),

@@ -110,7 +110,7 @@ def turns_found(route, length, most):
 
 
 def walk(rng, steps, edge):
-    """A route of blocks that goes on in a direction for a while, and never comes back."""
+    """A route of blocks that keeps its direction for a while and visits no block twice."""
     ways = [(x, y) for y in (-1, 0, 1) for x in (-1, 0, 1) if x or y]
     route, way = [tuple(rng.integers(edge, size=2).tolist())], ways[0]
     while len(route) < steps:
@@ -124,7 +124,7 @@ def walk(rng, steps, edge):
 
 
 def away(block, one, other):
-    """The distance of a block from the straight line between two others, in blocks."""
+    """The distance of a block from the straight line between two blocks, in blocks."""
     a, b, at = (np.array(each, dtype=float) for each in (one, other, block))
     share = np.clip((at - a) @ (b - a) / max((b - a) @ (b - a), 1), 0, 1)
     return float(np.hypot(*(at - a - share * (b - a))))

@@ -77,10 +77,8 @@ def test_the_paths_are_those_of_the_model(evaluator, board, search):
     old, new = (CornerMap(board.config, each) for each in (evaluator.problem, flight))
     corners = old.corners((evaluator.problem.start, flight.goal))
     shape = no_fly_shape(old, BEHIND)
-    box = (
-        slice(shape.first_y, shape.last_y + 1),
-        slice(shape.first_x, shape.last_x + 1),
-    )
+    rows = slice(shape.first_y, shape.last_y + 1)
+    box = rows, slice(shape.first_x, shape.last_x + 1)
     corners[box][drawn_corners(shape)] = board.config.blocked_altitude
     around = old.around(flight.start)
     corners[around] = new.corners((flight.start, flight.goal))[around]

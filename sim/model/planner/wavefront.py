@@ -249,7 +249,7 @@ def find_turns(route: Integers, length: int, turns: Integers) -> int:
             count += 1
             narrows = False
             x, y = route[i, 0] - at_x, route[i, 1] - at_y
-        beside_x, beside_y = (x > 0) - (x < 0), (y > 0) - (y < 0)
+        beside_x, beside_y = int(x > 0) - int(x < 0), int(y > 0) - int(y < 0)
         if not narrows or (x - beside_y) * left_y > (y + beside_x) * left_x:
             left_x, left_y = x - beside_y, y + beside_x
         if not narrows or right_x * (y - beside_x) > right_y * (x + beside_y):

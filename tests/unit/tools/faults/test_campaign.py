@@ -91,7 +91,7 @@ BLIND_NOTICED = {
     "INFO and OPEN asked without limit": 7,
     "all tasks repeated after the death of a process": 258,
     "only copy of an older file removed": 209,
-    "chip: a refused command uses up its number": 805,
+    "chip: a refused command uses up its number": 465,
     "session kept after an error": 60,
     "shorter form never used": 135,
     "names not synced before obsolete files go": 614,

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from bench.scenarios import valley
 from pathgene.host.errors import InputError
+from pathgene.host.evaluation.reference import problem_utopia
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.rules import Rules
@@ -50,14 +51,17 @@ def generated(kind: str, seed: int, clearance_m: float | None = None) -> Problem
     Raises
     ------
     RuntimeError
-        If none of 20 draws has its ends outside zones and ground.
+        If none of 20 draws has its ends outside zones and ground, and a straight line with a cost.
     """
     for draw in range(_MOST_DRAWS):
         rng = np.random.default_rng((seed, KINDS.index(kind), draw))
         terrain, ends, zones = _scene(kind, seed, rng)
         rules = None if clearance_m is None else Rules(clearance_m=clearance_m)
         try:
-            return Problem(terrain, *ends, _AIRCRAFT, zones=zones, rules=rules)
+            problem = Problem(terrain, *ends, _AIRCRAFT, zones=zones, rules=rules)
+            # Costs are relative to the straight line, which may be too steep a glide.
+            problem_utopia(problem)
+            return problem
         except InputError:
             continue
     raise RuntimeError(f"None of {_MOST_DRAWS} draws of {kind}, seed {seed}, is a problem.")

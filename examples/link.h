@@ -13,7 +13,7 @@
 #include <unistd.h>
 
 enum {
-    VERSION = 4,
+    VERSION = 5,
     HEADER = 3,
     CRC_BYTES = 4,
     TRIES = 12,

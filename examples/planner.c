@@ -107,6 +107,7 @@ static void run(struct link *link, const struct chip *chip, bool warm)
     field(&options, 8, 5);                      /* Share. */
     field(&options, warm, 1);
     field(&options, warm ? 1 : 2, 2);           /* Islands. */
+    field(&options, 0, 8);                      /* No guide. */
     field(&options, 0, 1);                      /* Do not wait for a feasible path. */
     field(&options, 3, 4);                      /* Slopes of the islands. */
     field(&options, 0, 4);

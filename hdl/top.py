@@ -163,6 +163,7 @@ class Chip(Unit):
         connect(m, receiver.problems, core.problems)
         connect(m, receiver.runs, core.runs)
         connect(m, receiver.shapes, core.shapes)
+        connect(m, receiver.guides, core.guides)
         connect(m, core.records, transmitter.records)
         m.d.comb += [
             core.stop.eq(receiver.stop),

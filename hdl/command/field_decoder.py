@@ -27,7 +27,7 @@ from pathgene.hdl.protocol.planner import (
     no_fly_request,
     problem_request,
 )
-from pathgene.hdl.protocol.runs import ISLANDS, LIFTS, RETURNED, run_request
+from pathgene.hdl.protocol.runs import ISLANDS, LIFTS, RETURNED, guide_request, run_request
 
 
 __all__ = ["FieldDecoder", "HeaderComparator", "payload_commands", "request_fields"]
@@ -80,7 +80,14 @@ class HeaderComparator(Unit):
 #: Commands with a payload after the fixed fields; all other commands end with the fixed fields.
 FOLLOWED = (Command.WRITE, Command.GENERATE, Command.MAP, Command.CHECK)
 #: Commands that are refused during a run, except for a repeated RUN.
-_WAITING = (Command.MAP, Command.PROBLEM, Command.RUN, Command.BEST, Command.BLOCK)
+_WAITING = (
+    Command.MAP,
+    Command.PROBLEM,
+    Command.RUN,
+    Command.BEST,
+    Command.BLOCK,
+    Command.GUIDE,
+)
 #: Maximum share of time with two islands in a RUN, in sixteenths.
 _MOST_SHARE = 16
 
@@ -116,6 +123,7 @@ def request_fields(config: Config) -> dict[Command, Layout]:
             Command.STOP: Layout(()),
             Command.BEST: Layout(()),
             Command.BLOCK: no_fly_request(config),
+            Command.GUIDE: guide_request(config),
         }
     return fields
 
@@ -171,11 +179,12 @@ class FieldDecoder(Unit):
     problem : Out(struct of problem_request)
     run : Out(struct of run_request)
     shape : Out(struct of no_fly_request)
-        Fields of a PROBLEM, a RUN and a BLOCK.
+    guide : Out(struct of guide_request)
+        Fields of a PROBLEM, a RUN, a BLOCK and a GUIDE.
     repeated : In(1)
         The command has been executed before: the next three members do not affect a RUN.
     running : In(1)
-        A run is in progress; MAP, PROBLEM, RUN, BEST and BLOCK must wait for its end.
+        A run is in progress; MAP, PROBLEM, RUN, BEST, BLOCK and GUIDE must wait for its end.
     has_problem, has_population : In(1)
         There is a problem; there is a population for a warm run.
     """
@@ -188,6 +197,7 @@ class FieldDecoder(Unit):
     children: Count(1, "population - 1", "Paths made each generation, in the last slots.")
     map_size: PowerOfTwo(2, 1 << 16, "Cells along each edge of the map.")
     altitude_bits: Width(1, 16, "A new waypoint is always below the top altitude.")
+    max_waypoints: Count(2, 255, "Waypoints of the longest path.")
 
     def interface(self):
         self.size = max(layout.size for layout in self.fields.values())
@@ -219,6 +229,7 @@ class FieldDecoder(Unit):
                 "problem": Out(struct(self.fields[Command.PROBLEM])),
                 "run": Out(struct(self.fields[Command.RUN])),
                 "shape": Out(struct(self.fields[Command.BLOCK])),
+                "guide": Out(struct(self.fields[Command.GUIDE])),
                 "repeated": In(1),
                 "running": In(1),
                 "has_problem": In(1),
@@ -261,6 +272,7 @@ class FieldDecoder(Unit):
                 self.problem.eq(self._of(Command.PROBLEM)),
                 self.run.eq(self._of(Command.RUN)),
                 self.shape.eq(self._of(Command.BLOCK)),
+                self.guide.eq(self._of(Command.GUIDE)),
             ]
 
         judges = {
@@ -277,6 +289,7 @@ class FieldDecoder(Unit):
             Command.RUN: self._judge_run,
             Command.BEST: self._judge_best,
             Command.BLOCK: self._judge_block,
+            Command.GUIDE: lambda m: self.guide.index >= self.max_waypoints,
         }
         # The fields are checked for every command; the code selects the verdict in the next cycle.
         wrong = {command: Signal(name=f"{command.name.lower()}_wrong") for command in judges}
@@ -419,6 +432,9 @@ class FieldDecoder(Unit):
             | (run.share > _MOST_SHARE)
             | (run.islands + run.warm == 0)
             | (run.islands + run.warm > ISLANDS)
+            | (run.guided > self.max_waypoints)
+            | (run.guided == Config.MIN_WAYPOINTS - 1)
+            | (run.guided.any() & (run.islands == 0))
         )
 
     def _judge_best(self, m):

@@ -26,7 +26,7 @@ from pathgene.hdl.link.frame import body_layout
 from pathgene.hdl.planner.layouts import problem_layout, shape_layout
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol.codes import Command, Status, StickyError
-from pathgene.hdl.protocol.runs import run_request
+from pathgene.hdl.protocol.runs import guide_request, run_request
 
 
 __all__ = ["CommandReceiver"]
@@ -104,8 +104,9 @@ class CommandReceiver(Unit):
     problems : Out(stream of problem_layout)
     runs : Out(stream of run_request)
     shapes : Out(stream of shape_layout)
-        Fields of a PROBLEM, a RUN and a BLOCK. Ready once the problem is taken, the run has begun,
-        or the shape is drawn. The payloads are steady.
+    guides : Out(stream of guide_request)
+        Fields of a PROBLEM, a RUN, a BLOCK and a GUIDE. Ready once the problem or the waypoint is
+        taken, the run has begun, or the shape is drawn. The payloads are steady.
     stop : Out(1)
         Pulse: the run must end.
     running : In(1)
@@ -160,6 +161,7 @@ class CommandReceiver(Unit):
                 "problems": Out(stream.Signature(problem_layout(config))),
                 "runs": Out(stream.Signature(struct(run_request(config)))),
                 "shapes": Out(stream.Signature(shape_layout(config.coordinate_bits))),
+                "guides": Out(stream.Signature(struct(guide_request(config)))),
                 "stop": Out(1),
                 "running": In(1),
                 "has_problem": In(1),
@@ -177,6 +179,7 @@ class CommandReceiver(Unit):
             config.children,
             config.map_size,
             config.altitude_bits,
+            config.max_waypoints,
         )
         m.submodules.payload = payload = PayloadDispatcher(config)
         m.submodules.header = header = HeaderComparator()
@@ -323,6 +326,7 @@ class CommandReceiver(Unit):
                 self.problems.p.eq(fields.problem),
                 self.runs.p.eq(fields.run),
                 self.shapes.p.eq(fields.shape),
+                self.guides.p.eq(fields.guide),
                 fields.repeated.eq(request.repeated),
                 fields.running.eq(self.running),
                 fields.has_problem.eq(self.has_problem),
@@ -338,6 +342,7 @@ class CommandReceiver(Unit):
                 Command.PROBLEM: self.problems,
                 Command.RUN: self.runs,
                 Command.BLOCK: self.shapes,
+                Command.GUIDE: self.guides,
             }
         return {}
 

@@ -31,7 +31,7 @@ from pathgene.hdl.protocol.planner import (
     VALUE_BITS,
     PathClass,
 )
-from pathgene.hdl.protocol.runs import ISLANDS, run_request
+from pathgene.hdl.protocol.runs import ISLANDS, guide_request, run_request
 
 
 __all__ = ["NearestCorner", "PlannerCore", "RunStatus", "run_status_layout"]
@@ -172,8 +172,8 @@ _AXES = "x", "y", "altitude"
 class PlannerCore(Unit):
     """Plans paths: a run breeds, scores, walks and sorts on its own, from seeds along routes.
 
-    Cells, shapes, problems and runs are taken while no run is in progress. A problem invalidates
-    the paths of the previous run, but a warm run can still continue from them. Equals
+    Cells, shapes, guides, problems and runs are taken while no run is in progress. A problem
+    invalidates the paths of the previous run, but a warm run can still continue from them. Equals
     :func:`pathgene.sim.model.planner.run.plan`, cycles included.
 
     Members
@@ -182,6 +182,8 @@ class PlannerCore(Unit):
         Corners of the map.
     shapes : In(stream.Signature(shape_layout))
         Corners to block; a shape is taken once they are blocked. Not while there are ``cells``.
+    guides : In(stream.Signature(struct(guide_request(config))))
+        Waypoints of the guide.
     problems : In(stream.Signature(problem_layout))
     runs : In(stream.Signature(struct(run_request(config))))
         A run on the latest problem.
@@ -209,6 +211,7 @@ class PlannerCore(Unit):
         return {
             "cells": In(stream.Signature(cell_layout(*sizes))),
             "shapes": In(stream.Signature(shape_layout(config.coordinate_bits))),
+            "guides": In(stream.Signature(struct(guide_request(config)))),
             "problems": In(stream.Signature(problem_layout(config))),
             "runs": In(stream.Signature(struct(run_request(config)))),
             "stop": In(1),
@@ -280,7 +283,7 @@ class PlannerCore(Unit):
         m.d.comb += self._status.void.eq(taken)
 
     def _write_map(self, m):
-        """Write cells and shapes to the map, and mark their blocks."""
+        """Write cells and shapes to the map, and mark their blocks; write the guide."""
         control, drawer, seeds = self._control, self._drawer, self._seeds
         writes, drawn = self._evaluator.writes, drawer.cells
         m.d.comb += [
@@ -298,6 +301,9 @@ class PlannerCore(Unit):
                 own.eq(corner)
                 for own, corner in zip(seeds.corners, self._evaluator.corners, strict=True)
             ),
+            self.guides.ready.eq(~control.running),
+            seeds.guide.valid.eq(self.guides.valid & self.guides.ready),
+            *(seeds.guide[name].eq(self.guides.p[name]) for name in ("index", *_AXES)),
         ]
 
     def _run(self, m):
@@ -330,6 +336,7 @@ class PlannerCore(Unit):
             control.seeds_busy.eq(seeds.busy),
             seeds.scan.eq(control.launch),
             seeds.by_turns.eq(control.by_turns),
+            seeds.guided.eq(control.guided),
             seeds.launch.eq(control.find_route),
             seeds.limit.eq(control.slope),
             control.evaluator_idle.eq(evaluator.idle),

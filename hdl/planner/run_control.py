@@ -138,10 +138,10 @@ class RunControl(Unit):
 
     Blocks are scanned while the random source warms up and the memo is cleared. In a warm run, the
     earlier population is revived as island 0. Each island of new paths gets a route, seeds, and
-    passes that lift its population. If there are two islands, each is bred for its share of the
-    remaining cycles and generations, then the best of both become one population, which is bred to
-    the limits of the run. If the limits wait for a feasible path, generations do not count until
-    there is one.
+    passes that lift its population; the first of them needs no route if it is guided. If there are
+    two islands, each is bred for its share of the remaining cycles and generations, then the best
+    of both become one population, which is bred to the limits of the run. If the limits wait for a
+    feasible path, generations do not count until there is one.
 
     A generation begins in the cycle after ``evolver_ready``, unless a limit was reached in that
     cycle or the run had been stopped; then the last generation is finished instead. All other
@@ -177,6 +177,9 @@ class RunControl(Unit):
     by_turns : Out(1)
         Its seeds have their waypoints at its turns: the first island, unless the start is warm.
         Steady like ``slope``.
+    guided : Out(8)
+        Number of waypoints of the guide if they are the waypoints of the seeds, otherwise 0. Steady
+        like ``slope``.
     spreading : Out(1)
         Blocks are being scanned, or a route is being found.
     make_paths : Out(1)
@@ -229,6 +232,7 @@ class RunControl(Unit):
             "find_route": Out(1),
             "slope": Out(SLOPE_BITS),
             "by_turns": Out(1),
+            "guided": Out(8),
             "spreading": Out(1),
             "make_paths": Out(1),
             "kind": Out(FirstPathKind),
@@ -274,6 +278,7 @@ class RunControl(Unit):
             limits.final.eq(is_final),
             limits.waits.eq(is_final & options.until_feasible & ~self.feasible),
             self.by_turns.eq(~self.island.any() & ~options.warm),
+            self.guided.eq(Mux(self.island.any() & ~options.warm, 0, options.guided)),
             self.slope.eq(Mux(self.island.any() & ~options.warm, options.slope_1, options.slope_0)),
             self.count.eq(
                 Mux(self.kind == FirstPathKind.SEED, options.seeds, self.config.population)
@@ -303,7 +308,7 @@ class RunControl(Unit):
                 m.d.sync += is_final.eq(~last_island)
                 with m.If(settled & self.source_ready & ~self.memo_busy & ~self.seeds_busy):
                     m.next = "ROUTE"
-                    with m.If(options.warm):
+                    with m.If(options.warm | options.guided.any()):
                         m.next = "PATHS"
             self._make_first_population(m, settled, last_island, lifts)
             self._breed(m, limits, settled, is_final, pending)
@@ -345,6 +350,8 @@ class RunControl(Unit):
                         lifts.eq(options.lifts),
                     ]
                     m.next = "ROUTE"
+                    with m.If(options.warm & options.guided.any()):
+                        m.next = "PATHS"
                 with m.Else():
                     m.d.sync += [self.fills.eq(0), self.island.eq(0)]
                     m.next = "AIM"

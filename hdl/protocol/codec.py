@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 #: Version of the protocol, 1..255; 0 stands for plain frames.
-VERSION = 4
+VERSION = 5
 #: Ends every frame.
 DELIMITER = 0x00
 #: Session, sequence, code.

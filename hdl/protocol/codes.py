@@ -58,7 +58,7 @@ class Command(enum.IntEnum):
     #: Results of the latest check again: :func:`results_request`; the reply is the results.
     RESULTS = 13
     #: A problem: :func:`pathgene.hdl.protocol.planner.problem_request`. It invalidates the paths
-    #: for BEST; the population stays for a warm run. PROBLEM to BLOCK are unknown to a chip without
+    #: for BEST; the population stays for a warm run. PROBLEM to GUIDE are unknown to a chip without
     #: the planner core.
     PROBLEM = 14
     #: A run on the problem: :func:`pathgene.hdl.protocol.runs.run_request`. The answer arrives when
@@ -71,6 +71,9 @@ class Command(enum.IntEnum):
     #: Block the corners of a shape: :func:`pathgene.hdl.protocol.planner.no_fly_request`. The
     #: answer arrives when it is drawn.
     BLOCK = 18
+    #: A waypoint of the guide, a path of the host along which a run may begin:
+    #: :func:`pathgene.hdl.protocol.runs.guide_request`. The guide stays until it is written again.
+    GUIDE = 19
 
 
 class Status(enum.IntEnum):
@@ -89,7 +92,8 @@ class Status(enum.IntEnum):
     BAD_LENGTH = 5
     #: A value is outside its range: slot, number of paths, waypoint count, order not a permutation.
     BAD_VALUE = 6
-    #: A run is in progress: PROBLEM, RUN, MAP, BLOCK and BEST must wait for its end; STOP ends it.
+    #: A run is in progress: PROBLEM, RUN, MAP, BLOCK, GUIDE and BEST must wait for its end; STOP
+    #: ends it.
     BUSY = 7
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pathgene.hdl.config import Config
-from pathgene.hdl.protocol.layout import Field, Layout, numbered
+from pathgene.hdl.protocol.layout import Field, Layout, numbered, sized
 from pathgene.hdl.protocol.paths import pack_paths, unpack_paths
 from pathgene.hdl.protocol.planner import MEMO_ROWS, VALUE_BITS, PathClass
 from pathgene.hdl.protocol.random_words import SEED_BITS
@@ -22,6 +22,7 @@ __all__ = [
     "Outcome",
     "Population",
     "RunOptions",
+    "guide_request",
     "pack_best",
     "run_request",
     "unpack_best",
@@ -73,6 +74,10 @@ class RunOptions:
         Share of the time after the first populations for all islands together, in sixteenths.
     warm : bool
         Continue from the population of the previous run.
+    guided : int
+        Number of waypoints of the guide: the paths of the first seeded island have its waypoints,
+        raised by random heights, and no route is found for that island. 0: no guide; otherwise 2 to
+        the longest path, and at least one slope.
     paths : int
         Maximum paths returned, 1..8.
     memo : int
@@ -90,6 +95,7 @@ class RunOptions:
     lifts: int = 2
     share: int = 8
     warm: bool = False
+    guided: int = 0
     paths: int = RETURNED
     memo: int = MEMO_ROWS
 
@@ -116,6 +122,12 @@ class RunOptions:
             ("seeds", "from the population to 65535", config.population <= self.seeds < 1 << 16),
             ("lifts", f"from 0 to {LIFTS}", 0 <= self.lifts <= LIFTS),
             ("share", "from 0 to 16", 0 <= self.share <= 16),
+            (
+                "guided",
+                f"0, or from {config.MIN_WAYPOINTS} to {config.max_waypoints} with an island",
+                self.guided == 0
+                or (config.MIN_WAYPOINTS <= self.guided <= config.max_waypoints and self.slopes),
+            ),
             ("paths", f"from 1 to {RETURNED}", 1 <= self.paths <= RETURNED),
             (
                 "memo",
@@ -226,6 +238,12 @@ def run_request(config: Config) -> Layout:
             Field("share", 5, "0 … 16", "Time of both islands together, in sixteenths"),
             Field("warm", 1, "0, 1", "1: the previous population is the first island"),
             Field("islands", 2, "1, 2; 0, 1 if warm", "Islands of fresh seeds"),
+            Field(
+                "guided",
+                8,
+                "0, 2 … max_waypoints",
+                "Waypoints of the guide that the first of these islands follows; 0: none",
+            ),
             Field("until_feasible", 1, "0, 1", "1: the generations wait for a feasible path"),
             *numbered(
                 "slope",
@@ -235,6 +253,19 @@ def run_request(config: Config) -> Layout:
                 "Steepest slope of each island, in halves of the climb limit; 0: any",
             ),
             Field("paths", 4, "1 … 8", "Maximum number of paths that BEST returns"),
+        )
+    )
+
+
+@functools.lru_cache
+def guide_request(config: Config) -> Layout:
+    """Return the place in the guide, and its waypoint, which the limits of the problem clamp."""
+    return Layout(
+        (
+            Field("index", 8, "0 … max_waypoints − 1", "Place of the waypoint in the guide"),
+            sized(config, "x", "coordinate_bits", "any", "Its corner"),
+            sized(config, "y", "coordinate_bits", "any", "The same northwards"),
+            sized(config, "altitude", "altitude_bits", "any", "Its step"),
         )
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from pathgene.hdl.config import Config
 from pathgene.hdl.protocol.codes import UNITS, Command
 from pathgene.hdl.protocol.messages import status_reply
 from pathgene.hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass, ProblemRecord
-from pathgene.hdl.protocol.runs import RunOptions, unpack_best
+from pathgene.hdl.protocol.runs import RunOptions, guide_request, unpack_best
 from pathgene.host.device.chip_map import MapCopy
 from pathgene.host.device.link import Link, LinkTimeoutError
 from pathgene.host.device.orders import Orders
@@ -136,6 +136,25 @@ class Runs:
         if not shape.is_valid():
             raise ValueError(f"The box of a shape must have a corner at least, not as in {shape}")
         self._map.block(shape)
+
+    def guide(self, waypoints: Sequence[tuple[int, int, int]]) -> None:
+        """Store the corners and steps of a path for runs whose ``guided`` is their number.
+
+        Raises
+        ------
+        ValueError
+            If a waypoint does not fit the map, or there are more than a path has.
+        """
+        most = self._config.max_waypoints
+        if len(waypoints) > most:
+            raise ValueError(f"A guide must have at most {most} waypoints, not {len(waypoints)}")
+        layout = guide_request(self._config)
+        self._orders.give(
+            [
+                (Command.GUIDE, layout.pack(index=i, x=x, y=y, altitude=altitude))
+                for i, (x, y, altitude) in enumerate(waypoints)
+            ]
+        )
 
     def start(self, options: RunOptions) -> None:
         """Begin a run on the problem; :meth:`status` says when it is over.

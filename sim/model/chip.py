@@ -81,6 +81,7 @@ class Chip:
                 Command.STOP: self.running.stop,
                 Command.BEST: self.running.best,
                 Command.BLOCK: self.running.block,
+                Command.GUIDE: self.running.guide,
             }
         elif self.checking:
             self._commands |= {Command.CHECK: self._check, Command.RESULTS: self.checking.results}

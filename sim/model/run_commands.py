@@ -23,7 +23,13 @@ from pathgene.hdl.protocol.planner import (
     no_fly_request,
     problem_request,
 )
-from pathgene.hdl.protocol.runs import Outcome, RunOptions, pack_best, run_request
+from pathgene.hdl.protocol.runs import (
+    Outcome,
+    RunOptions,
+    guide_request,
+    pack_best,
+    run_request,
+)
 from pathgene.sim.model.checker import TerrainModel
 from pathgene.sim.model.planner.run import (
     WATCHED,
@@ -107,7 +113,7 @@ _LOOK_S = 0.1
 
 
 class RunningModel:
-    """Executes PROBLEM, RUN, STOP, BEST and BLOCK.
+    """Executes PROBLEM, RUN, STOP, BEST, BLOCK and GUIDE.
 
     A run of up to 4,000 generations is over when RUN is answered. A longer run continues in a
     thread: STATUS reports it, STOP ends it, BEST is refused, and before any other command that the
@@ -130,6 +136,7 @@ class RunningModel:
         self._marks = BlockMarks()
         terrain.observer = self._mark
         self.record: ProblemRecord | None = None
+        self._guide = np.zeros((config.max_waypoints, 3), dtype=np.int64)
         self._latest = _NONE
         self.cycles = self.generations = 0
         self._run: _Run | None = None
@@ -190,6 +197,7 @@ class RunningModel:
                 self.record,
                 options,
                 population,
+                guide=self._guide,
                 marked=self._marks.scan(),
             )
         )
@@ -233,6 +241,16 @@ class RunningModel:
         drawn_y, drawn_x = np.nonzero(box)
         self._terrain.block(x, y, box != 0)
         self._marks.write(x + drawn_x, y + drawn_y)
+        return b""
+
+    def guide(self, payload: bytes, repeated: bool) -> bytes:
+        """Execute a GUIDE."""
+        layout = guide_request(self.config)
+        expect(len(payload) == layout.size, Status.BAD_LENGTH)
+        values = layout.unpack(payload)
+        expect(values["index"] < self.config.max_waypoints, Status.BAD_VALUE)
+        if not repeated:
+            self._guide[values["index"]] = values["x"], values["y"], values["altitude"]
         return b""
 
     def status(self) -> dict[str, int]:

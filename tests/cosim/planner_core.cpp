@@ -11,6 +11,7 @@
 //                     cycle of s; answers: number of bytes, and the bytes
 //   7 cycles word*    starts a run, and resets the chip after `cycles` cycles
 //   8                 stops, while no run is in progress
+//   9 low high        writes a waypoint of the guide
 
 #include "../../sim/harness/harness.hpp"
 
@@ -43,6 +44,14 @@ public:
 
     void pose() { offer(top_.problems___05Fpayload, top_.problems___05Fvalid, top_.problems___05Fready); }
 
+    void lead() {
+        const Numbers halves = read_numbers(2);
+        top_.guides___05Fpayload = halves[0] | static_cast<std::uint64_t>(halves[1]) << 32;
+        top_.guides___05Fvalid = 1;
+        take(top_.guides___05Fready);
+        top_.guides___05Fvalid = 0;
+    }
+
     void draw() {
         write_numbers({offer(top_.shapes___05Fpayload, top_.shapes___05Fvalid, top_.shapes___05Fready)});
     }
@@ -52,7 +61,7 @@ public:
         offer(top_.runs___05Fpayload, top_.runs___05Fvalid, top_.runs___05Fready);
         // Offers in reset must not be taken.
         top_.cells___05Fvalid = top_.problems___05Fvalid = 1;
-        top_.shapes___05Fvalid = top_.runs___05Fvalid = 1;
+        top_.shapes___05Fvalid = top_.runs___05Fvalid = top_.guides___05Fvalid = 1;
         Number cycle = 0, bred = 0;
         for (top_.eval(); top_.running; ++cycle, clock(), top_.eval()) {
             if (cycle > limit_) give_up();
@@ -60,12 +69,12 @@ public:
             top_.eval();
             bred += top_.bred;
             if (top_.cells___05Fready || top_.problems___05Fready || top_.shapes___05Fready ||
-                top_.runs___05Fready) {
+                top_.runs___05Fready || top_.guides___05Fready) {
                 std::exit(5);
             }
         }
         top_.cells___05Fvalid = top_.problems___05Fvalid = 0;
-        top_.shapes___05Fvalid = top_.runs___05Fvalid = top_.stop = 0;
+        top_.shapes___05Fvalid = top_.runs___05Fvalid = top_.guides___05Fvalid = top_.stop = 0;
         write_numbers({cycle, bred});
     }
 
@@ -134,6 +143,7 @@ int main() {
             case 6: planner.read_best(read_number()); break;
             case 7: planner.reset_in_run(read_number()); break;
             case 8: planner.stop(); break;
+            case 9: planner.lead(); break;
             default: return 3;
         }
     }

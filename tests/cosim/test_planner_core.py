@@ -19,6 +19,7 @@ from pathgene.sim.model.run_commands import BlockMarks
 from tests.support.planner.cases import SMALL, USUAL, words
 from tests.support.planner.flight import (
     Flight,
+    guide_payload,
     problem_payload,
     run_payload,
     shape_payload,
@@ -72,6 +73,11 @@ class VerilatedPlanner(VerilatedProgram):
         self.send(3, words(shape_payload(self.config, shape)))
         return int(self.receive(1)[0])
 
+    def lead(self, index, waypoint):
+        """Write a waypoint of the guide."""
+        bits = guide_payload(self.config, index, waypoint).as_bits()
+        self.send(9, bits & 0xFFFFFFFF, bits >> 32)
+
     def run(self, options, *, gap=0, stop=0):
         """Run to the end; return the cycles, and the generations that were told."""
         self.send(4, gap, stop, words(run_payload(self.config, options)))
@@ -109,6 +115,8 @@ def fly(config, rows, seed, runs, generations, builds=None, text=None):
                 flight.change()
             if number % 8 == 0 or flight.rng.random() < 0.6:
                 flight.pose()
+            if flight.rng.random() < 0.5:
+                flight.lead()
             flight.run(flight.options(generations))
         return flight.kinds
 

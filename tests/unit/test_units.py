@@ -100,6 +100,7 @@ EXCEPTIONS = {
     ("Ecp5Memory", "rows"): "Rows of a block must be a power of two from 2 to 16384",
     ("FieldDecoder", "altitude_bits"): "Altitude width must be from 1 to 16",
     ("FieldDecoder", "population"): "Population must be from 2 to 256",
+    ("FieldDecoder", "max_waypoints"): "Max waypoints must be from 2 to 255",
     ("FirstPaths", "max_waypoints"): "Max waypoints must be 2 or more",
     ("LowestCorner", "lanes"): "Lanes must be a power of two from 1 to 64",
     ("MarginReducer", "lanes"): "Lanes must be a power of two from 1 to 16",

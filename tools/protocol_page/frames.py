@@ -27,7 +27,7 @@ from pathgene.hdl.protocol.planner import (
     NoFlyShape,
     ProblemRecord,
 )
-from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.hdl.protocol.runs import RunOptions, guide_request
 from pathgene.sim.model.chip import Chip
 from tools import chips
 from tools.protocol_page.segments import split_reply, split_request, values_of
@@ -359,18 +359,28 @@ def _runs(host: Recorder) -> None:
     host.say("PROBLEM moved", "the aircraft has flown a cell ahead", Command.PROBLEM,
              _problem(3).pack(config))  # fmt: skip
     host.say("RUN warm", "from the previous population and one new island of seeds",
-             Command.RUN, _options(warm=True).pack(config))  # fmt: skip
+             Command.RUN, _options(warm=True, slopes=(3,)).pack(config))  # fmt: skip
     host.say("STATUS warm", "cycles and generations of the latest run", Command.STATUS)
     host.say("BEST warm", "around the disc", Command.BEST)
+    guide = guide_request(config)
+    host.say("GUIDE", "north-west of the disc", Command.GUIDE,
+             guide.pack(index=0, x=8, y=9, altitude=8))  # fmt: skip
+    host.say("GUIDE last", "north-east of it", Command.GUIDE,
+             guide.pack(index=1, x=12, y=9, altitude=9))  # fmt: skip
+    host.say("RUN guided", "one island along the guide", Command.RUN,
+             _options(slopes=(3,), guided=2).pack(config))  # fmt: skip
+    host.say("BEST guided", "from the guide", Command.BEST)
     host.say("STOP", "without a run, nothing happens", Command.STOP)
     host.say("START", "unknown to a chip with the planner core", Command.START, bytes(15))
     host.say("COUNTERS", "since reset", Command.COUNTERS)
 
 
-def _options(*, warm: bool = False) -> RunOptions:
+def _options(
+    *, warm: bool = False, slopes: tuple[int, ...] = (3, 0), guided: int = 0
+) -> RunOptions:
     return RunOptions(
-        seed=5, cycles=100_000, generations=12, until_feasible=warm, seeds=16,
-        slopes=(3,) if warm else (3, 0), warm=warm,
+        seed=5, cycles=100_000, generations=12, until_feasible=warm, seeds=16, slopes=slopes,
+        warm=warm, guided=guided,
     )  # fmt: skip
 
 

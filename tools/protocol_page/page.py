@@ -39,6 +39,7 @@ COMMANDS = {
     Command.STOP: ("end the run with its present generation", "none", "none"),
     Command.BEST: ("paths of the latest run", "none", "keys, paths"),
     Command.BLOCK: ("block the corners in a shape", "fields", "none"),
+    Command.GUIDE: ("a waypoint of a path to begin near", "fields", "none"),
 }
 
 CODES: Mapping[type[Enum], Mapping[Enum, str]] = {

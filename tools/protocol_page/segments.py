@@ -29,7 +29,7 @@ from pathgene.hdl.protocol.messages import (
     write_request,
 )
 from pathgene.hdl.protocol.planner import no_fly_request, problem_request
-from pathgene.hdl.protocol.runs import run_request
+from pathgene.hdl.protocol.runs import guide_request, run_request
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,7 @@ _REQUESTS: dict[Command, Callable[[Config], Layout]] = {
     Command.PROBLEM: problem_request,
     Command.RUN: run_request,
     Command.BLOCK: no_fly_request,
+    Command.GUIDE: guide_request,
 }
 _REPLIES: dict[Command, Callable[[Config], Layout]] = {
     Command.INFO: info_reply,

@@ -1,6 +1,7 @@
 """Source of the first paths of an island: from the map to the waypoints along a route."""
 
 from amaranth import *
+from amaranth.lib import data, memory
 from amaranth.lib.wiring import In, Out
 
 from pathgene.hdl.config import Config
@@ -31,12 +32,14 @@ __all__ = ["SeedSource", "Seeder"]
 _COUNT, _PHASE, _SHIFT = slice(0, 8), slice(8, 16), slice(16, 19)
 _PHASE_BITS = 8
 _OFFSET_BITS = 16
+_AXES = ("x", "y", "altitude")
 
 
 class Seeder(Unit):
     """Makes paths along the route, at random heights above the surface.
 
-    The waypoints are evenly spaced, or at the turns of the route. It takes a word of the random
+    The waypoints are evenly spaced, or at the turns of the route, or at random heights above the
+    waypoints of the guide. It takes a word of the random
     source in every cycle after ``launch``: one for the path, then one for each waypoint. A waypoint
     follows its word by :attr:`latency` cycles.
     Equals ``seed_path`` of :mod:`pathgene.sim.model.planner.seeds`.
@@ -53,9 +56,11 @@ class Seeder(Unit):
     length : In(13)
         Blocks of the route, 1 or more. Steady.
     follows : In(1)
-        The waypoints are at the turns. Steady.
+        The waypoints are at the turns, or those of the guide. Steady.
     turns : In(range(max_waypoints + 1))
-        Number of turns, 2 or more with ``follows``. Steady.
+        Their number, 2 or more with ``follows``. Steady.
+    guided : In(1)
+        With ``follows``: they are those of the guide. Steady.
     block_shift : In
         Corners along the edge of a block, as a power of two. Steady.
     launch : In(1)
@@ -69,9 +74,10 @@ class Seeder(Unit):
     step : Out(1)
         The word is taken in this cycle. Only with ``word_ready``.
     number : Out(12)
-        Number of a block of the route, or of a turn, to read.
+        Number of a block of the route, a turn or a waypoint of the guide to read.
     place : In(place_layout)
-        That block, 2 cycles later.
+    guide : In(corner_layout)
+        That block, and that waypoint, 2 cycles later.
     read_block : Out(12)
         Block to read from map and surface.
     block : In(block_layout)
@@ -94,6 +100,7 @@ class Seeder(Unit):
             "length": In(INDEX_BITS + 1),
             "follows": In(1),
             "turns": In(range(config.max_waypoints + 1)),
+            "guided": In(1),
             "block_shift": In(max(1, shift_limit(xy).bit_length())),
             "launch": In(1),
             "busy": Out(1),
@@ -102,6 +109,7 @@ class Seeder(Unit):
             "step": Out(1),
             "number": Out(INDEX_BITS),
             "place": In(place_layout),
+            "guide": In(corner_layout(xy, z)),
             "read_block": Out(INDEX_BITS),
             "block": In(block_layout(xy, z)),
             "surface": In(surface_layout(z)),
@@ -186,19 +194,22 @@ class Seeder(Unit):
 
         limits = self.limits
         half = (1 << self.block_shift) >> 1
-        raised = delay_line(m, self.surface.altitude + height, 1, "raised")
+        guide = {axis: delay_line(m, self.guide[axis], 2, f"guide_{axis}") for axis in _AXES}
+        lowest = Mux(self.guided, guide["altitude"], self.surface.altitude)
+        raised = delay_line(m, lowest + height, 1, "raised")
         found = Signal(corner_layout(config.coordinate_bits, config.altitude_bits), reset_less=True)
         for axis in "xy":
             middle = (self.place[axis] << self.block_shift) | half
             middle = delay_line(m, middle[: config.coordinate_bits], 2, f"middle_{axis}")
-            corner = Mux(self.follows, middle, self.block[axis])
+            listed = Mux(self.guided, guide[axis], middle)
+            corner = Mux(self.follows, listed, self.block[axis])
             corner = delay_line(m, corner, 1, f"corner_{axis}")
             m.d.sync += found[axis].eq(Mux(corner > limits[axis], limits[axis], corner))
         m.d.sync += found.altitude.eq(Mux(raised > limits.altitude, limits.altitude, raised))
         m.d.comb += [
             self.found.valid.eq(is_here[-1]),
             self.found.last.eq(last),
-            *(self.found[axis].eq(found[axis]) for axis in ("x", "y", "altitude")),
+            *(self.found[axis].eq(found[axis]) for axis in _AXES),
         ]
 
         return m
@@ -208,7 +219,8 @@ class SeedSource(Unit):
     """Scans the map's blocks, finds a route over a surface, and seeds paths along it one by one.
 
     The blocks are scanned before the first ``launch`` of a run; every later launch uses a different
-    slope limit. A launch is a wavefront, then a route, then a path for each ``begin``. ``busy`` is
+    slope limit. A launch is a wavefront, then a route, then a path for each ``begin``; a path along
+    the guide needs no launch. ``busy`` is
     high for as many cycles as ``scanned``, ``launched`` and ``seeded`` of
     :mod:`pathgene.sim.model.planner.run_cycles` say.
 
@@ -232,8 +244,13 @@ class SeedSource(Unit):
     by_turns : In(1)
         The waypoints are at the turns of the route if it has at least two and not more than a path
         has waypoints. Steady, as ``limit``.
+    guided : In(8)
+        Number of waypoints of the guide, 2 or more, if a path has them; 0 for the route. Steady,
+        as ``limit``.
+    guide : In({"valid", "index", "x", "y", "altitude"})
+        A waypoint of the guide to store. Not while ``busy``.
     begin : In(1)
-        Pulse: make a path along the route. Not while ``busy``.
+        Pulse: make a path along the route or the guide. Not while ``busy``.
     busy : Out(1)
         High until the blocks are scanned, the route is found, or the words of a path are taken.
     passes : Out(9)
@@ -263,6 +280,10 @@ class SeedSource(Unit):
             "launch": In(1),
             "limit": In(LIMIT_BITS),
             "by_turns": In(1),
+            "guided": In(8),
+            "guide": In(
+                data.StructLayout({"valid": 1, "index": 8, "x": xy, "y": xy, "altitude": z})
+            ),
             "begin": In(1),
             "busy": Out(1),
             "passes": self._wavefront.signature.members["passes"],
@@ -307,16 +328,22 @@ class SeedSource(Unit):
         m.d.comb += self.busy.eq(~states.ongoing("IDLE"))
 
         problem = self.problem
-        # Both are steady long before they are used.
-        fine, follows = Signal(), Signal()
+        # All are steady long before they are used.
+        fine, follows, guided = Signal(), Signal(), Signal()
+        count = Signal(range(self.config.max_waypoints + 1))
         furthest = (problem.x_limit | problem.y_limit) >> problem.block_shift
         m.d.sync += [
             fine.eq(furthest[COARSE_BITS:].any()),
+            guided.eq(self.guided.any()),
             follows.eq(
-                self.by_turns
-                & (route.turns >= Config.MIN_WAYPOINTS)
-                & (route.turns <= self.config.max_waypoints)
+                guided
+                | (
+                    self.by_turns
+                    & (route.turns >= Config.MIN_WAYPOINTS)
+                    & (route.turns <= self.config.max_waypoints)
+                )
             ),
+            count.eq(Mux(guided, self.guided, route.turns)),
         ]
         m.d.comb += [
             blocks.fine.eq(fine),
@@ -324,7 +351,9 @@ class SeedSource(Unit):
             route.fine.eq(fine),
             route.of_turns.eq(follows),
             seeder.follows.eq(follows),
-            seeder.turns.eq(route.turns),
+            seeder.turns.eq(count),
+            seeder.guided.eq(guided),
+            seeder.guide.eq(self._keep_guide(m, seeder.number)),
             seeder.block_shift.eq(problem.block_shift),
             blocks.block_shift.eq(problem.block_shift),
             blocks.start.eq(self.frame.start),
@@ -361,3 +390,19 @@ class SeedSource(Unit):
         ]
 
         return m
+
+    def _keep_guide(self, m, number):
+        """Store the guide; return the waypoint whose number was given two cycles ago."""
+        config = self.config
+        layout = corner_layout(config.coordinate_bits, config.altitude_bits)
+        m.submodules.guide = stored = memory.Memory(
+            shape=layout, depth=config.max_waypoints, init=[]
+        )
+        write, read = stored.write_port(), stored.read_port(domain="comb")
+        m.d.comb += [
+            write.en.eq(self.guide.valid),
+            write.addr.eq(self.guide.index),
+            *(write.data[axis].eq(self.guide[axis]) for axis in _AXES),
+            read.addr.eq(number),
+        ]
+        return delay_line(m, read.data.as_value(), 2, "guide_waypoint")

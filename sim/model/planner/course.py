@@ -196,6 +196,10 @@ class Route(NamedTuple):
         Blocks x, y at which the route turns; only the first ``followed`` count.
     followed : int
         Number of turns that the seeds follow; 0 if they are evenly spaced.
+    guide : (max_waypoints, 3) int64
+        Waypoints of the guide; only the first ``guided`` count.
+    guided : int
+        Number of waypoints of the guide that the seeds follow; 0 if they follow the route.
     """
 
     blocks: Integers
@@ -204,3 +208,5 @@ class Route(NamedTuple):
     length: int
     turns: Integers
     followed: int
+    guide: Integers
+    guided: int

@@ -76,7 +76,9 @@ WATCHED_STOP, WATCHED_GENERATIONS, WATCHED_CYCLES = range(3)
 WATCHED = 3
 
 #: Places of the options.
-_CYCLES, _GENERATIONS, _UNTIL_FEASIBLE, _GIVE_UP_RANK, _SEEDS, _LIFTS, _SHARE, _STOP = range(8)
+_CYCLES, _GENERATIONS, _UNTIL_FEASIBLE, _GIVE_UP_RANK, _SEEDS, _LIFTS, _SHARE, _STOP, _GUIDED = (
+    range(9)
+)
 #: Rows of the work space of a generation: free slots, survivors, remaining ranks, members that
 #: stay, and slots and point cycles of the children that wait to be collected.
 _FREE, _SURVIVORS, _OTHERS, _KEPT, _PENDING, _OFFERED, _NEXT_OFFERED = range(7)
@@ -89,6 +91,7 @@ def plan(
     options: RunOptions,
     population: Population | None = None,
     *,
+    guide: Integers | None = None,
     marked: int | None = None,
     stop: int = NEVER,
     watched: Integers | None = None,
@@ -101,6 +104,8 @@ def plan(
         The highest of the four cells around each corner.
     population : list of list of (int, int, int), optional
         All paths of an earlier run, best first; only with ``options.warm``.
+    guide : (max_waypoints, 3) int64, optional
+        Corners and altitude steps of the guide's waypoints, by default zeros.
     marked : int, optional
         Number of map blocks that have changed since the previous run, by default all. It only
         affects cycles.
@@ -126,6 +131,7 @@ def plan(
         options.lifts,
         options.share,
         stop,
+        options.guided,
     )
     # Room for the population and two generations of children, and for the best seeds and one more.
     slots = config.population + 2 * config.children
@@ -163,6 +169,7 @@ def plan(
         np.array(numbers, dtype=np.int64),
         np.array(options.slopes, dtype=np.int64),
         np.array([*start, *goal], dtype=np.int64),
+        np.zeros((config.max_waypoints, 3), dtype=np.int64) if guide is None else guide,
         dropped,
         edge,
     )
@@ -195,6 +202,7 @@ def _run(
     options: Integers,
     slopes: Integers,
     ends: Integers,
+    guide: Integers,
     dropped: Integers,
     edge: int,
 ) -> None:
@@ -208,6 +216,7 @@ def _run(
     options, ends : (n,) int64
     slopes : (islands,) int64
         Slope limit of each seeded island.
+    guide : (max_waypoints, 3) int64
     dropped : (population,) int64
         Number of waypoints that each path of a warm start has lost.
     edge : int
@@ -241,22 +250,24 @@ def _run(
             cycles.take(counters, made, place(order[0], keys[0], slot, slot))
         cycles.settle(delays, counters)
     for i in range(warm, count):
-        surface[:] = blocks[LEAST]
-        limit_passes, slope = 0, slopes[i - warm]
-        if slope:
-            limit_passes = limit_slopes(problem, distances, surface, slope)
-        passes = spread(prices, surface, goal, field)
-        length = descend(prices, surface, field, start, goal, route)
-        is_straight = field[start // edge, start % edge] == FAR
-        spent = launched(edge, limit_passes, passes, length, is_straight)
-        cycles.spread(counters, spent, ROUTED)
-        # The first island of a cold run goes around obstacles, the second one along valleys.
-        followed = 0
-        if i == 0 and not is_straight:
-            followed = find_turns(route, length, turns)
-            if followed < _FEWEST or followed > sizes[MAX_WAYPOINTS]:
-                followed = 0
-        way = Route(blocks, surface, route, length, turns, followed)
+        followed, length = 0, 1
+        guided = options[_GUIDED] if i == warm else 0
+        if not guided:
+            surface[:] = blocks[LEAST]
+            limit_passes, slope = 0, slopes[i - warm]
+            if slope:
+                limit_passes = limit_slopes(problem, distances, surface, slope)
+            passes = spread(prices, surface, goal, field)
+            length = descend(prices, surface, field, start, goal, route)
+            is_straight = field[start // edge, start % edge] == FAR
+            spent = launched(edge, limit_passes, passes, length, is_straight)
+            cycles.spread(counters, spent, ROUTED)
+            # The first island of a cold run goes around obstacles, the second one along valleys.
+            if i == 0 and not is_straight:
+                followed = find_turns(route, length, turns)
+                if followed < _FEWEST or followed > sizes[MAX_WAYPOINTS]:
+                    followed = 0
+        way = Route(blocks, surface, route, length, turns, followed, guide, guided)
         for seed in range(options[_SEEDS]):
             # The slot of the worst path, except for the first seeds, which have their own.
             slot = seed if seed <= population else order[i, population]

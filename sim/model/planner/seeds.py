@@ -42,15 +42,16 @@ def seed_path(
 
     Its waypoints are at the centres of the blocks at which the route turns, if the seeds follow
     them. Otherwise they are evenly spaced, each on the lowest corner of its block; their number and
-    the place of the first are random. Each has a random height above the surface: uniform within
+    the place of the first are random. If the seeds follow the guide, they have its waypoints. Each
+    has a random height above the surface, or above the waypoint of the guide: uniform within
     the mutation box, shifted right by 0 to 7 for the whole path. The source advances by one step,
     and one more for each waypoint.
     """
     problem, sizes = course.problem, course.sizes
-    blocks, surface, places, length, turns, followed = route
+    blocks, surface, places, length, turns, followed, guide, guided = route
     fewest, most = min(_FEWEST, sizes[MAX_WAYPOINTS]), min(_MOST, sizes[MAX_WAYPOINTS])
     step(words)
-    count = followed or fewest + draw(words, 0, 0, 8, most - fewest + 1)
+    count = guided or followed or fewest + draw(words, 0, 0, 8, most - fewest + 1)
     phase, shift = field(words, 0, 8, 8), field(words, 0, 16, 3)
     for axis in range(3):
         path[0, axis], path[count + 1, axis] = ends[axis], ends[3 + axis]
@@ -59,16 +60,20 @@ def seed_path(
     for i in range(count):
         step(words)
         up = draw(words, 0, 0, 16, sizes[BOX_STEPS]) >> shift
-        if followed:
+        if guided:
+            corner_x, corner_y, ground = guide[i, 0], guide[i, 1], guide[i, 2]
+        elif followed:
             x, y = turns[i, 0], turns[i, 1]
+            ground = surface[y, x]
             corner_x, corner_y = x * edge + (edge >> 1), y * edge + (edge >> 1)
         else:
             at = ((i << 8) + phase) * length // (count << 8)
             x, y = places[at, 0], places[at, 1]
+            ground = surface[y, x]
             corner_x, corner_y = blocks[LOWEST_X, y, x], blocks[LOWEST_Y, y, x]
         path[i + 1, 0] = min(corner_x, problem[X_LIMIT])
         path[i + 1, 1] = min(corner_y, problem[Y_LIMIT])
-        path[i + 1, 2] = clamp(max(surface[y, x], 0) + up, problem[ALTITUDE_LIMIT])
+        path[i + 1, 2] = clamp(max(ground, 0) + up, problem[ALTITUDE_LIMIT])
         path[i + 1, 3] = 0
     points: int = count + 2
     return points

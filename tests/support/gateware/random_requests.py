@@ -11,7 +11,7 @@ from pathgene.hdl.protocol.messages import (
     write_request,
 )
 from pathgene.hdl.protocol.paths import pack_cells, pack_paths
-from pathgene.hdl.protocol.runs import RunOptions, run_request
+from pathgene.hdl.protocol.runs import RunOptions, guide_request, run_request
 from tests.support.gateware.chips import random_path
 from tests.support.planner.cases import any_record, headed, record, shape
 
@@ -47,6 +47,7 @@ _RUN_WEIGHTS = {
     Command.STOP: 4,
     Command.BEST: 12,
     Command.BLOCK: 8,
+    Command.GUIDE: 8,
     **_COMMON_WEIGHTS,
 }
 #: Values that a RUN may not have, whatever the chip.
@@ -58,6 +59,9 @@ _WRONG_RUNS = (
     {"seeds": 1},
     {"paths": 0},
     {"paths": 9},
+    {"guided": 1},
+    {"guided": 255},
+    {"guided": 2, "islands": 0, "warm": 1},
 )
 
 
@@ -147,15 +151,22 @@ class RandomRequests:
             return headed(config, draws, usual).pack(config)
         if code == Command.BLOCK:
             return shape(config, draws).pack(config)
+        if code == Command.GUIDE:
+            layout = guide_request(config)
+            values = {name: rng.getrandbits(width) for name, width in layout.fields}
+            return layout.pack(**values | {"index": rng.randrange(config.max_waypoints + 1)})
         if code == Command.RUN:
             warm = rng.random() < 0.5
+            slopes = tuple(rng.choices(range(16), k=rng.randint(1 - warm, 2 - warm)))
+            lengths = range(config.MIN_WAYPOINTS, config.max_waypoints + 1)
             options = RunOptions(
                 seed=rng.getrandbits(64),
                 cycles=rng.randrange(1 << rng.randrange(8, 18)),
                 generations=rng.randrange(6),
                 until_feasible=rng.random() < 0.3,
                 give_up_rank=rng.randrange(config.population),
-                slopes=tuple(rng.choices(range(16), k=rng.randint(1 - warm, 2 - warm))),
+                slopes=slopes,
+                guided=rng.choice(lengths) if slopes and rng.random() < 0.3 else 0,
                 seeds=config.population + rng.randrange(config.population),
                 lifts=rng.randrange(5),
                 share=rng.randrange(17),

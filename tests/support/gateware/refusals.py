@@ -8,7 +8,7 @@ from pathgene.hdl.protocol.codes import Command, LinkMode, Status
 from pathgene.hdl.protocol.messages import check_paths_request, map_request, start_request
 from pathgene.hdl.protocol.paths import pack_cells, pack_paths
 from pathgene.hdl.protocol.planner import BLOCKS, SCALE_FRACTION, NoFlyShape
-from pathgene.hdl.protocol.runs import RunOptions, run_request
+from pathgene.hdl.protocol.runs import RunOptions, guide_request, run_request
 from tests.support.planner.cases import record
 
 
@@ -155,14 +155,21 @@ def run_refusals(config):
         {"islands": 3},
         {"warm": 1, "islands": 1},
         {"warm": 1, "islands": 2},
+        {"guided": 1},
+        {"guided": config.max_waypoints + 1},
+        {"guided": 255},
+        {"guided": 2, "warm": 1, "islands": 0},
     ]
+    guide = guide_request(config)
+    waypoint = guide.pack(index=0, x=1, y=2, altitude=3)
     unknown = 0, max(Command) + 1, 200, *unknown
     return [
         *((code, bytes(5), Status.UNKNOWN_COMMAND) for code in unknown),
         *(
             (code, payload, Status.BAD_LENGTH)
             for code, whole in (
-                (Command.PROBLEM, packed), (Command.RUN, run), (Command.BLOCK, block)
+                (Command.PROBLEM, packed), (Command.RUN, run), (Command.BLOCK, block),
+                (Command.GUIDE, waypoint),
             )
             for payload in (b"", whole[:-1], whole + b"\0")
         ),
@@ -175,5 +182,9 @@ def run_refusals(config):
         *(
             (Command.BLOCK, dataclasses.replace(shape, **last).pack(config), Status.BAD_VALUE)
             for last in ({"last_x": 1}, {"last_y": 2})
+        ),
+        *(
+            (Command.GUIDE, guide.pack(index=index, x=0, y=0, altitude=0), Status.BAD_VALUE)
+            for index in (config.max_waypoints, 255)
         ),
     ]  # fmt: skip

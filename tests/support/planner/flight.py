@@ -7,7 +7,14 @@ from pathgene.hdl.planner.core import run_status_layout
 from pathgene.hdl.planner.layouts import problem_layout, shape_layout
 from pathgene.hdl.protocol.codes import UNITS
 from pathgene.hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
-from pathgene.hdl.protocol.runs import ISLANDS, RETURNED, RunOptions, pack_best, run_request
+from pathgene.hdl.protocol.runs import (
+    ISLANDS,
+    RETURNED,
+    RunOptions,
+    guide_request,
+    pack_best,
+    run_request,
+)
 from pathgene.sim.model.planner.run import NEVER, plan
 from pathgene.sim.model.run_commands import BlockMarks
 from tests.support.planner import cases as planner_cases
@@ -36,6 +43,12 @@ def run_payload(config, options):
     return struct(request).const(request.unpack(options.pack(config)))
 
 
+def guide_payload(config, index, waypoint):
+    """Return the payload of a waypoint of the guide."""
+    values = {"index": index, **dict(zip(("x", "y", "altitude"), waypoint, strict=True))}
+    return struct(guide_request(config)).const(values)
+
+
 def status_fields(bits):
     """Return the fields of its status."""
     return {
@@ -61,6 +74,7 @@ class Flight:
         self.rng = np.random.default_rng(seed)
         self.marks = BlockMarks()
         self.ground = self.record = self.outcome = None
+        self.guide = np.zeros((config.max_waypoints, 3), dtype=np.int64)
         self.kinds = set()
 
     def choose(self, *values):
@@ -105,11 +119,23 @@ class Flight:
         assert status["running"] == 0
         assert status["key"] >> VALUE_BITS == PathClass.VOID
 
+    def lead(self):
+        """Write some waypoints of the guide, a few of them beyond the limits."""
+        config, rng = self.config, self.rng
+        for _ in range(int(rng.integers(1, 2 * config.max_waypoints))):
+            index = int(rng.integers(config.max_waypoints))
+            corner = rng.integers(config.map_size, size=2).tolist()
+            self.guide[index] = *corner, int(rng.integers(config.blocked_altitude + 1))
+            self.chip.lead(index, self.guide[index].tolist())
+
     def options(self, generations):
         rng = self.rng
         warm = self.outcome is not None and rng.random() < 0.4
         slopes = rng.integers(16, size=int(rng.integers(1 - warm, ISLANDS + 1 - warm))).tolist()
         cycles = self.choose(0, 30_000, 100_000, 10**9)
+        guided = 0
+        if slopes and rng.random() < 0.3:
+            guided = int(rng.integers(self.config.MIN_WAYPOINTS, self.config.max_waypoints + 1))
         return RunOptions(
             seed=int(rng.integers(1 << 63)),
             cycles=cycles,
@@ -123,6 +149,7 @@ class Flight:
             share=int(rng.integers(17)),
             paths=int(rng.integers(1, RETURNED + 1)),
             warm=warm,
+            guided=guided,
             memo=self.rows,
         )
 
@@ -136,6 +163,7 @@ class Flight:
             self.record,
             options,
             before,
+            guide=self.guide,
             marked=marked,
             stop=stop or NEVER,
         )

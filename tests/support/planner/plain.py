@@ -145,10 +145,10 @@ def mutate(config, record, ends, path, word):
     return [Waypoint(*row) for row in rows[1 : points - 1].tolist()]
 
 
-def seed_path(config, record, blocks, surface, route, source, turns=()):
+def seed_path(config, record, blocks, surface, route, source, turns=(), guide=()):
     """Return a seed along ``route``; blocks are keys x, y of ``blocks.lowest`` and ``surface``.
 
-    If there are ``turns``, its waypoints are there.
+    If there are ``turns``, its waypoints are there; if there is a ``guide``, above its waypoints.
     """
     size = BLOCKS
     layers = np.zeros((3, size, size), dtype=np.int64)
@@ -164,7 +164,8 @@ def seed_path(config, record, blocks, surface, route, source, turns=()):
         np.zeros((1, 1), dtype=np.uint16),
     )
     rows = [np.array(each, dtype=np.int64).reshape(-1, 2) for each in (route, turns)]
-    way = Route(layers, heights, rows[0], len(route), rows[1], len(turns))
+    guided = np.array(guide, dtype=np.int64).reshape(-1, 3)
+    way = Route(layers, heights, rows[0], len(route), rows[1], len(turns), guided, len(guide))
     ends = np.zeros(6, dtype=np.int64)
     points = _with_words_of(source, seeds.seed_path, course, ends, way, _words(), path)
     return [Waypoint(*row) for row in path[1 : points - 1].tolist()]

@@ -24,7 +24,14 @@ from tools.chips import board_url
 
 
 #: Commands that wait for the end of a run.
-_WAITING = (Command.MAP, Command.PROBLEM, Command.RUN, Command.BEST, Command.BLOCK)
+_WAITING = (
+    Command.MAP,
+    Command.PROBLEM,
+    Command.RUN,
+    Command.BEST,
+    Command.BLOCK,
+    Command.GUIDE,
+)
 #: Commands whose answers depend on the time.
 _TIMED = (Command.STATUS, Command.COUNTERS)
 #: Number of frames sent to a run before it is stopped, if none of them stops it.

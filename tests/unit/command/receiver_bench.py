@@ -47,7 +47,7 @@ class Chip:
         self.start_requests, self.writes, self.ranking = [], [], []
         self.cells, self.points = [], []
         self.checks = []
-        self.problems, self.runs, self.shapes = [], [], []
+        self.problems, self.runs, self.shapes, self.guides = [], [], [], []
         self.running, self.has_problem, self.has_population = 0, 1, 0
         self.stops = 0
         self.forgotten = 0
@@ -100,6 +100,7 @@ class Chip:
                 collect(self.unit.problems, self.problems, self.pauses),
                 collect(self.unit.runs, self.runs, self.pauses),
                 collect(self.unit.shapes, self.shapes, self.pauses),
+                collect(self.unit.guides, self.guides, self.pauses),
                 count_stops,
             ]
         simulate(self.unit, bench, background=collectors)

@@ -56,6 +56,7 @@ FIELDS = {
     "children": 22,
     "map_size": 512,
     "altitude_bits": 12,
+    "max_waypoints": 16,
 }
 
 
@@ -74,7 +75,7 @@ def test_the_decoder_has_the_members_of_its_commands(design, checker):
     common = {"code", "byte", "take", "ended", "status", "kind", "slot", "count"}
     core, checks = {"start", "write_slot", "identity"}, {"checks", "checked"}
     state = {"repeated", "running", "has_problem", "has_population"}
-    runs = {"problem", "run", "shape"} | state
+    runs = {"problem", "run", "shape", "guide"} | state
     assert members == common.union(
         core if design == "paper" else (),
         ["rectangle"] if checker == "parallel" else (),

@@ -12,7 +12,7 @@ from pathgene.hdl.protocol.codes import Command, Status, StickyError
 from pathgene.hdl.protocol.messages import map_request
 from pathgene.hdl.protocol.paths import pack_cells
 from pathgene.hdl.protocol.planner import EDGES, NoFlyShape, no_fly_request, problem_request
-from pathgene.hdl.protocol.runs import RunOptions, run_request
+from pathgene.hdl.protocol.runs import RunOptions, guide_request, run_request
 from pathgene.sim.model.chip import Chip as ChipModel
 from pathgene.sim.model.requests import FrameReceiverModel
 from tests.support.gateware.fuzz import Fuzz
@@ -27,12 +27,21 @@ SHAPE = shape(SMALL, RNG)
 OPTIONS = RunOptions(seed=0x0123456789ABCDEF, give_up_rank=7, seeds=500, slopes=(15, 2))
 WARM = dataclasses.replace(OPTIONS, slopes=(), warm=True)
 CELLS = map_request(SMALL).pack(x=3, y=4, width=2, height=1) + pack_cells(SMALL, [5, 6])
-BUSY = (Command.MAP, Command.PROBLEM, Command.RUN, Command.BEST, Command.BLOCK)
+GUIDE = guide_request(SMALL).pack(index=2, x=6, y=7, altitude=8)
+BUSY = (
+    Command.MAP,
+    Command.PROBLEM,
+    Command.RUN,
+    Command.BEST,
+    Command.BLOCK,
+    Command.GUIDE,
+)
 PAYLOADS = {
     Command.MAP: CELLS,
     Command.PROBLEM: PROBLEM.pack(SMALL),
     Command.RUN: OPTIONS.pack(SMALL),
     Command.BLOCK: SHAPE.pack(SMALL),
+    Command.GUIDE: GUIDE,
 }
 
 
@@ -47,6 +56,9 @@ def test_every_command(config, pauses):
     rng = np.random.default_rng(4)
     problem, block = headed(config, rng, any_record(config, rng)), shape(config, rng)
     options = dataclasses.replace(OPTIONS, warm=True, slopes=(7,), lifts=4, share=16, paths=1)
+    options = dataclasses.replace(options, guided=config.max_waypoints)
+    guide = guide_request(config)
+    waypoint = {"index": config.max_waypoints - 1, "x": 3, "y": 4, "altitude": 9}
     chip = Chip(pauses, config)
     chip.has_population = 1
     outcomes = chip.run(
@@ -62,6 +74,7 @@ def test_every_command(config, pauses):
             (Command.BEST, b""),
             (Command.COUNTERS, b""),
             (Command.CLEAR, b""),
+            (Command.GUIDE, guide.pack(**waypoint)),
         )
     )
     assert outcomes == [
@@ -75,6 +88,7 @@ def test_every_command(config, pauses):
         (Status.OK, AnswerKind.BEST, 6, 0),
         (Status.OK, AnswerKind.COUNTERS, 7, 0),
         (Status.OK, AnswerKind.EMPTY, 8, 0),
+        (Status.OK, AnswerKind.EMPTY, 9, 0),
     ]
     assert [(cell.x, cell.y) for cell in chip.cells[:1]] == [(3, 4)]
     [told] = chip.problems
@@ -85,6 +99,8 @@ def test_every_command(config, pauses):
     assert edges == [list(edge) for edge in NoFlyShape.unpack(config, block.pack(config)).edges]
     [told], layout = chip.runs, run_request(config)
     assert bits_of(told, layout) == layout.unpack(options.pack(config))
+    [told] = chip.guides
+    assert bits_of(told, guide) == waypoint
     assert (chip.stops, chip.errors) == (1, StickyError(0))
 
 
@@ -95,7 +111,10 @@ def test_cycles():
         after_open(
             (Command.STOP, b""),
             (Command.BEST, b""),
-            *((code, PAYLOADS[code]) for code in (Command.PROBLEM, Command.RUN, Command.BLOCK)),
+            *(
+                (code, PAYLOADS[code])
+                for code in (Command.PROBLEM, Command.RUN, Command.BLOCK, Command.GUIDE)
+            ),
             (Command.RUN, WARM.pack(SMALL)),
         )
     )
@@ -109,7 +128,8 @@ def test_refused(config):
     if config is not SMALL:
         rows = [row for row in rows if row[-1] == Status.BAD_VALUE]
     chip = refuse(config, rows)
-    assert (chip.problems, chip.runs, chip.shapes, chip.cells, chip.stops) == ([], [], [], [], 0)
+    assert (chip.problems, chip.runs, chip.shapes, chip.cells) == ([], [], [], [])
+    assert (chip.guides, chip.stops) == ([], 0)
 
 
 @pytest.mark.parametrize("code", BUSY, ids=lambda code: code.name)
@@ -206,7 +226,7 @@ class Reference:
     def __init__(self):
         self.model = ChipModel(SMALL)
         self.reached = {code: [] for code in (*PAYLOADS, Command.STOP)}
-        for code in (Command.PROBLEM, Command.RUN, Command.BLOCK, Command.STOP):
+        for code in (*self.reached.keys() - {Command.MAP},):
             self.model._commands[code] = partial(self._execute, code, self.model._commands[code])
         self._mark = self.model.checking.terrain.observer
         self.model.checking.terrain.observer = self._write
@@ -261,6 +281,7 @@ def test_random_requests(pauses):
         (Command.PROBLEM, chip.problems, problem_request(SMALL)),
         (Command.RUN, chip.runs, run_request(SMALL)),
         (Command.BLOCK, chip.shapes, no_fly_request(SMALL)),
+        (Command.GUIDE, chip.guides, guide_request(SMALL)),
     ):
         assert len(told) > 5
         assert [bits_of(each, layout) for each in told] == [

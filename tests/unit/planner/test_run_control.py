@@ -128,6 +128,7 @@ class Options:
     seeds: int = 20
     seed: int = 1234567
     give_up_rank: int = 3
+    guided: int = 0
 
     def fields(self):
         values = {
@@ -170,11 +171,15 @@ def expected_of(options, durations):
             lifts = options.lifts
             slope = options.slopes[island - options.warm]
             by_turns = island == 0
-            cycle = pulse(cycle, "find_route", slope, by_turns) + steps.ROUTED - 1
+            if not (options.guided and island == options.warm):
+                cycle = pulse(cycle, "find_route", slope, by_turns) + steps.ROUTED - 1
         for number in range(1 + lifts):
             kind = FirstPathKind.LIFTED if number else kind
-            paths = options.seeds if kind is FirstPathKind.SEED else SMALL.population
-            done = pulse(cycle, "make_paths", kind, paths)
+            paths, guided = SMALL.population, None
+            if kind is FirstPathKind.SEED:
+                paths = options.seeds
+                guided = options.guided if island == options.warm else 0
+            done = pulse(cycle, "make_paths", kind, paths, guided)
             done = pulse(done + steps.EVALUATED, "store", island)
             cycle = done + steps.POPULATION
 
@@ -251,7 +256,8 @@ async def run_once(ctx, dut, options, durations, rng):
                 events.append((cycle, name, ctx.get(dut.slope), bool(ctx.get(dut.by_turns))))
                 seeds = done
             elif name == "make_paths":
-                events.append((cycle, name, kind, ctx.get(dut.count)))
+                guided = ctx.get(dut.guided) if kind is FirstPathKind.SEED else None
+                events.append((cycle, name, kind, ctx.get(dut.count), guided))
                 evaluated, paths = done, rng.randint(cycle + 2, done)
             else:
                 events.append((cycle, name, island) if name != "merge" else (cycle, name))
@@ -275,6 +281,7 @@ def drawn_options(rng):
         lifts=rng.randrange(5),
         share=rng.randrange(17),
         warm=warm,
+        guided=rng.choice([0, 2, 5]) if slopes else 0,
         until_feasible=rng.random() < 0.5,
         feasible_from=rng.choice([0, rng.randrange(2500), 1 << 31]),
         stop=rng.choice([None, None, rng.randrange(2000)]),

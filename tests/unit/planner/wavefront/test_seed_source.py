@@ -20,8 +20,8 @@ class Map:
         self.lowest = lowest
 
 
-def seeds(config, rng, count, length, bends):
-    """Return a problem, route, turns, memories of the blocks, paths, and their words."""
+def seeds(config, rng, count, length, bends, waypoints):
+    """Return a problem, route, turns, guide, memories of the blocks, paths, and their words."""
     record = problem(config, rng)
     edge = record.blocks
     route = [tuple(each) for each in rng.integers(edge, size=(length, 2)).tolist()]
@@ -32,29 +32,40 @@ def seeds(config, rng, count, length, bends):
     surface = {place: int(rng.integers(top + 1)) for place in places if rng.random() < 0.8}
     source = Words(rng)
     blocks = Map(lowest)
-    paths = [seed_path(config, record, blocks, surface, route, source, turns) for _ in range(count)]
-    return record, route, turns, lowest, surface, paths, source.taken
+    corners = rng.integers(config.map_size, size=(waypoints, 2))
+    guide = np.column_stack((corners, rng.integers(top + 1, size=waypoints))).tolist()
+    paths = [
+        seed_path(config, record, blocks, surface, route, source, turns, guide)
+        for _ in range(count)
+    ]
+    return record, route, turns, guide, lowest, surface, paths, source.taken
 
 
 @pytest.mark.parametrize("share", [1, 0.4], ids=["steady", "stalled"])
 @pytest.mark.parametrize(
-    ("config", "count", "length", "bends"),
+    ("config", "count", "length", "bends", "waypoints"),
     [
-        (SMALL, 60, 1, 0),
-        (SMALL, 60, 1024, 0),
-        (SMALL, 30, 1, 2),
-        (SMALL, 30, 9, SMALL.max_waypoints),
-        (USUAL, 20, 37, 0),
-        (USUAL, 20, 37, 7),
-        (USUAL, 5, 4096, USUAL.max_waypoints),
-        (LARGE, 6, 4096, 0),
-        (LARGE, 6, 1000, 40),
+        (SMALL, 60, 1, 0, 0),
+        (SMALL, 60, 1024, 0, 0),
+        (SMALL, 30, 1, 2, 0),
+        (SMALL, 30, 9, SMALL.max_waypoints, 0),
+        (SMALL, 30, 1, 0, 2),
+        (SMALL, 30, 9, 3, SMALL.max_waypoints),
+        (USUAL, 20, 37, 0, 0),
+        (USUAL, 20, 37, 7, 0),
+        (USUAL, 20, 37, 7, 9),
+        (USUAL, 5, 4096, USUAL.max_waypoints, 0),
+        (LARGE, 6, 4096, 0, 0),
+        (LARGE, 6, 1000, 40, 0),
+        (LARGE, 6, 1000, 0, LARGE.max_waypoints),
     ],
 )
-def test_matches_the_definition(config, count, length, bends, share):
+def test_matches_the_definition(config, count, length, bends, waypoints, share):
     rng, pauses = np.random.default_rng(count + length), random.Random(length)
-    record, route, turns, lowest, surface, paths, words = seeds(config, rng, count, length, bends)
-    read_from = turns or route
+    record, route, turns, guide, lowest, surface, paths, words = seeds(
+        config, rng, count, length, bends, waypoints
+    )
+    read_from = [] if guide else turns or route
     dut = shared(Seeder, config)
     points, found, stepped, busy = [], [], [], []
 
@@ -62,8 +73,9 @@ def test_matches_the_definition(config, count, length, bends, share):
         limits = record.x_limit, record.y_limit, record.altitude_limit
         ctx.set(dut.limits, corner(*limits))
         ctx.set(dut.length, length)
-        ctx.set(dut.follows, bool(turns))
-        ctx.set(dut.turns, len(turns))
+        ctx.set(dut.follows, bool(guide or turns))
+        ctx.set(dut.guided, bool(guide))
+        ctx.set(dut.turns, len(guide) or len(turns))
         ctx.set(dut.block_shift, record.block_shift)
         asked, read = [0] * 2, [(0, 0)] * 2
         left, cycle = count, 0
@@ -91,6 +103,7 @@ def test_matches_the_definition(config, count, length, bends, share):
             cycle += 1
             x, y = read_from[asked[-2]] if asked[-2] < len(read_from) else (0, 0)
             ctx.set(dut.place, {"x": x, "y": y})
+            ctx.set(dut.guide, corner(*(guide[asked[-2]] if asked[-2] < len(guide) else (0, 0, 0))))
             block = read[-2]
             x, y = lowest.get(block, (0, 0))
             altitude = surface.get(block, 0)

@@ -10,9 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pathgene.hdl.config import Config
 from pathgene.hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
 from pathgene.host.problem.chip_map import ChipMap
 from pathgene.host.problem.ends import Point
+from pathgene.host.problem.finer import finer, on_grid
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zone_raster import blocked_cells
 from pathgene.host.problem.zones import Zone
@@ -43,7 +45,25 @@ class CornerMap(ChipMap):
     Corner (i, j) is the corner between the cells i and i + 1 in x, and j and j + 1 in y. A segment
     between corners, rounded to a corner in every step along its longer axis, stays in the four
     cells around these corners, so the chip only needs the highest of the four.
+
+    Parameters
+    ----------
+    config, problem, box
+        As for a :class:`ChipMap`; the box has rows and columns of the smaller nodes.
+    parts : int
+        Number of parts into which the sides of the terrain's cells are divided: waypoints lie on a
+        finer lattice, and gaps that are as narrow as a cell of the terrain stay open.
     """
+
+    def __init__(
+        self,
+        config: Config,
+        problem: Problem,
+        box: tuple[slice, slice] | None = None,
+        parts: int = 1,
+    ) -> None:
+        super().__init__(config, finer(problem, parts), box)
+        self._is_finer = parts > 1
 
     def corners(self, ends: Iterable[Point] = (), ease: int = 0) -> NDArray[np.uint16]:
         """Highest of the four cells around each corner, ``(map_size, map_size)`` uint16, [y, x].
@@ -142,7 +162,8 @@ class CornerMap(ChipMap):
             if not (is_inside and self.base_m <= z <= self.top_m):
                 return None
         moved = copy.copy(self)
-        moved._problem = problem
+        # The same grid; its division takes milliseconds.
+        moved._problem = on_grid(problem, self._problem.terrain) if self._is_finer else problem
         moved.__dict__.pop("heights", None)
         return moved
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pathgene.host.planners.grid.grid_search import SearchGrid
+from pathgene.host.problem.finer import divided, on_grid
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
 from pathgene.host.terrain import Terrain
@@ -38,13 +38,13 @@ def fine_grid(
         Distance of routes from blocked nodes.
     """
     parts = min(most_parts, max(most_nodes // max(problem.terrain.shape), 1))
-    terrain = problem.terrain if parts == 1 else _divided(problem.terrain, parts)
+    terrain = problem.terrain if parts == 1 else divided(problem.terrain, parts)
     if problem.rules is None:
-        return SearchGrid(replace(problem, terrain=terrain), margin_m, most_nodes=most_nodes)
+        return SearchGrid(on_grid(problem, terrain), margin_m, most_nodes=most_nodes)
     plain = _plain(problem)
     others = tuple(zone for zone in problem.zones if not _is_plain(zone))
     return SearchGrid(
-        replace(problem, terrain=terrain, zones=others),
+        on_grid(problem, terrain, others),
         margin_m,
         most_nodes=most_nodes,
         blocked=_reached(terrain, plain, problem.rules.zone_margin_m),
@@ -67,24 +67,6 @@ def _is_plain(zone: Zone) -> bool:
     limits = zone.lower_m, zone.upper_m, zone.t0_s, zone.t1_s, zone.lower_agl_m, zone.upper_agl_m
     corners = sum(map(len, zone.footprint.rings))
     return all(limit is None for limit in limits) and corners <= _MOST_ZONE_CORNERS
-
-
-def _divided(terrain: Terrain, parts: int) -> Terrain:
-    """Return the terrain with ``parts`` x ``parts`` smaller cells for each."""
-    from scipy import ndimage
-
-    rows, columns = (np.arange((nodes - 1) * parts + 1) / parts for nodes in terrain.shape)
-    y, x = np.meshgrid(rows * terrain.dy_m, columns * terrain.dx_m, indexing="ij")
-    between = ndimage.map_coordinates(
-        np.where(terrain.voids, terrain.lowest, terrain.elevation),
-        np.meshgrid(rows, columns, indexing="ij"),
-        order=1,
-    )
-    return terrain.having(
-        elevation=np.maximum(terrain.ground(x, y), between),
-        dx_m=terrain.dx_m / parts,
-        dy_m=terrain.dy_m / parts,
-    )
 
 
 def _reached(terrain: Terrain, zones: Sequence[Zone], margin_m: float) -> NDArray[np.bool_]:

@@ -17,7 +17,7 @@ from bench.report import Options as BenchOptions
 from bench.report import Report
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
-from pathgene.host.planning import Search
+from pathgene.host.planning import Plan, Search
 
 
 #: Planners whose paths are counted.
@@ -80,12 +80,13 @@ def row(outcomes: Sequence[Outcome]) -> tuple[object, ...]:
     """Return the cells of a family."""
     astar, chip = ([outcome[planner] for outcome in outcomes] for planner in PLANNERS)
     fallbacks = [each["fallback"] for each in chip if each["feasible"]]
+    alone = [each for each in chip if each["alone"]]
     seconds = [each["cpu_seconds"] for each in astar]
     return (
         sum(each["feasible"] for each in astar),
-        fallbacks.count(None),
+        len(alone),
         len(fallbacks),
-        fallbacks.count("astar"),
+        len(fallbacks) - len(alone) - fallbacks.count("fpa-2opt"),
         fallbacks.count("fpa-2opt"),
         mean(seconds),
         max(seconds),
@@ -111,6 +112,13 @@ def solve(family: str, seed: int) -> Outcome:
             "feasible": plan.evaluation.feasible,
             "fitness": plan.evaluation.fitness,
             "fallback": plan.fallback,
+            "alone": planner == _DEFAULT and _found_by_chip(plan),
             "cpu_seconds": time.process_time() - start,
         }
     return outcome
+
+
+def _found_by_chip(plan: Plan) -> bool:
+    """Return whether a path of the chip is feasible, even if one of ``astar`` is better."""
+    hardware = plan.result.hardware
+    return plan.fallback is None and hardware is not None and hardware["routes"]["chip"] is not None

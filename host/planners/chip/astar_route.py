@@ -28,32 +28,34 @@ class Routes:
     Parameters
     ----------
     run : Run
-        The plan, whose candidates are the chip's until :meth:`add_astar`.
+        The plan, whose candidates are the chip's until :meth:`add`.
     """
 
     def __init__(self, run: Run) -> None:
         self._run = run
         self._chip: tuple[Path, Evaluation] | None = None
-        self._astar: Evaluation | None = None
+        self._astar: tuple[Path, Evaluation] | None = None
+        # Paths of ``astar`` that are no candidates yet.
+        self._found: list[Path] = []
         # Paths that are the chip's, or were before they were refined.
         self._of_chip: list[Path] = []
 
-    def add_astar(self) -> None:
+    @property
+    def path(self) -> Path | None:
+        """The best feasible path of ``astar``, or None."""
+        return None if self._astar is None else self._astar[0]
+
+    def search(self) -> None:
         """Search with ``astar``, whose routes have as many waypoints as the chip's polished ones.
 
-        If the route of ``astar`` is feasible, it becomes a candidate of the plan together with the
-        routes over a finer grid (:func:`~pathgene.host.planners.grid.astar.fine_searches`).
-        The time is the phase ``astar``.
+        If its route is feasible, routes along tangents and over a finer grid follow
+        (:func:`~pathgene.host.planners.grid.astar.fine_searches`). The time is the phase ``astar``.
 
         ``astar`` does not search after a stop criterion other than the generations has ended the
-        chip's search, nor where the chip has no feasible path, except as paper: then the fallback
-        decides. It has the rest of the time limit, and an interrupt ends its search, too.
+        chip's search. It has the rest of the time limit, and an interrupt ends its search, too.
         """
-        run, problem = self._run, self._run.evaluator.problem
-        with run.phase("choice"):
-            self._chip = choose(run.evaluator, run.candidates)
-            self._of_chip = [self._chip[0]]
-        if self._is_stopped or not (self._chip[1].feasible or problem.as_paper):
+        run = self._run
+        if self._is_stopped:
             return
         # They load SciPy.
         from pathgene.host.planners.chip.polish import POLISHED_WAYPOINTS
@@ -64,19 +66,26 @@ class Routes:
             run.evaluations += found.evaluations
             if not found.evaluation.feasible:
                 return
-            paths = [found.path]
+            self._found = [found.path]
             if not found.interrupted:
                 finer = Run(run.evaluator, self._options(), stop=run.stop)
                 for search in fine_searches(finer, POLISHED_WAYPOINTS):
-                    paths += [path for _, path in search]
+                    self._found += [path for _, path in search]
                     if finer.stopped_by() is not None:
                         break
                 run.evaluations += finer.evaluations
-        run.fitness(paths, strict=True)
-        evaluations = [run.evaluator.evaluate(path) for path in paths]
-        self._astar = max(
-            (each for each in evaluations if each.feasible), key=lambda each: each.fitness
-        )
+            evaluated = [(path, run.evaluator.evaluate(path)) for path in self._found]
+            feasible = [each for each in evaluated if each[1].feasible]
+            self._astar = max(feasible, key=lambda each: each[1].fitness)
+
+    def add(self) -> None:
+        """Make the paths of ``astar`` candidates of the plan, after the last run of the chip."""
+        run = self._run
+        with run.phase("choice"):
+            self._chip = choose(run.evaluator, run.candidates)
+            self._of_chip = [self._chip[0]]
+        if self._found:
+            run.fitness(self._found, strict=True)
 
     def refine(self) -> None:
         """Refine the best known path (:func:`~pathgene.host.planners.grid.refinement.refined`).
@@ -124,6 +133,6 @@ class Routes:
             "route_from": ("chip" if is_chip else _ASTAR) if result.evaluation.feasible else None,
             "routes": {
                 "chip": chip.fitness if chip.feasible else None,
-                "astar": None if self._astar is None else self._astar.fitness,
+                "astar": None if self._astar is None else self._astar[1].fitness,
             },
         }

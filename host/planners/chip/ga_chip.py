@@ -20,7 +20,7 @@ from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
 from pathgene.host.planners.chip.problem_record import whole_path
 from pathgene.host.planners.chip.replanner import ChipReplanner
 from pathgene.host.planners.chip.runs import ChipRuns
-from pathgene.host.planners.chip.schedule import ChipSchedule
+from pathgene.host.planners.chip.schedule import UNGUIDED_RUNS, ChipSchedule
 from pathgene.host.planners.registry import DEFAULT_BOARD
 from pathgene.host.problem.corner_map import CornerMap
 from pathgene.host.problem.leg_box import leg_box
@@ -37,10 +37,12 @@ class ChipGeneticPlanner:
 
     The host sends the map and the problem, starts a run, and reads up to eight paths. It evaluates
     them in full and reports the best that is feasible by the strict rule. If none is, it starts
-    another run with the next seed and other surfaces, up to eight runs in all. If the map holds a
-    box of the terrain (:func:`~pathgene.host.problem.leg_box.leg_box`) and no path is feasible
-    there, as many runs follow on a map of the whole terrain. A long plan is split into parts, each
-    of which continues from the previous one: see
+    another run with the next seed and other surfaces, up to eight runs in all. After the second,
+    ``astar`` searches; if it finds a path, up to three runs along it follow instead. A small
+    terrain is divided into smaller cells, except in short runs and as paper. If the map holds a box
+    of the terrain (:func:`~pathgene.host.problem.leg_box.leg_box`) and no path is feasible there,
+    as many runs follow on a map of the whole terrain. A long plan is split into parts, each of
+    which continues from the previous one: see
     :class:`pathgene.host.planners.chip.schedule.ChipSchedule`. docs/chip_planner.md defines a run;
     the seed determines all its random numbers, so every board with the same sizes gives the same
     result.
@@ -48,9 +50,8 @@ class ChipGeneticPlanner:
     With ``polish``, each path of the last run, and of a run without a feasible path, also gets more
     waypoints on its straight pieces, up to 32 in all, and then the lowest altitudes that the ground
     and the limits allow (:func:`~pathgene.host.planners.chip.polish.polished`). This takes about
-    10 ms per path and makes some infeasible paths feasible. If a path is feasible, ``astar`` then
-    searches, and the better path is reported: see
-    :class:`pathgene.host.planners.chip.astar_route.Routes`.
+    10 ms per path and makes some infeasible paths feasible. ``astar`` searches, too, and the better
+    path is reported: see :class:`pathgene.host.planners.chip.astar_route.Routes`.
 
     Parameters
     ----------
@@ -124,33 +125,38 @@ class ChipGeneticPlanner:
         # If the URL gives the configuration, refuse bad options before a simulated board is built.
         url = with_core(url_of(self.board), GeneticCore.PLANNER)
         known = known_config(url) if self._open_board is None else None
-        grid = None if known is None else _map_for(known, evaluator, options)
+        grid = None if known is None else self._map_for(known, evaluator, options)
         with entered(self.board, self._open_board, core=GeneticCore.PLANNER) as chip:
             if grid is None or chip.config != known:
-                grid = _map_for(chip.config, evaluator, options)
+                grid = self._map_for(chip.config, evaluator, options)
             run = Run(evaluator, options, progress, stop)
             problem = evaluator.problem
             run.record(0, run.fitness([whole_path(problem, np.empty((0, 3)))]))
-            schedule = ChipSchedule(
-                config=chip.config,
-                seed=options.seed,
-                generations=options.generations,
-                chip_ms=_least_ms(self.chip_ms, options.time_limit_s),
-            )
+            schedule = self._schedule(chip.config, options)
             with run.phase("map"):
                 task = ProblemOnChip(chip, problem, grid, schedule.blocks)
             runs, routes = ChipRuns(task, run, polishes=self.polishes), Routes(run)
             try:
                 with run.search():
-                    is_over = runs.search(schedule.first(), schedule.further())
+                    first, further = schedule.first(), schedule.further()
+                    is_over = runs.search(first[:UNGUIDED_RUNS], further)
+                    if self.adds_astar:
+                        routes.search()
+                    if not is_over and routes.path is not None:
+                        # If no run along it finds a better one, the route itself is the result.
+                        is_over = True
+                        if waypoints := task.lead(routes.path):
+                            runs.search(schedule.guided(waypoints), further)
+                    if not is_over:
+                        is_over = runs.search(first[UNGUIDED_RUNS:], further)
                     if not (is_over or grid.is_whole):
                         with run.phase("map"):
                             whole = CornerMap(chip.config, problem)
                             task = ProblemOnChip(chip, problem, whole, schedule.blocks)
                         runs.move_to(task)
-                        runs.search(schedule.first(), schedule.further())
+                        runs.search(first, further)
                     if self.adds_astar:
-                        routes.add_astar()
+                        routes.add()
                         routes.refine()
                 run.hardware = runs.hardware()
                 run.seconds["board"] = runs.cycles / chip.config.clock_hz
@@ -168,15 +174,30 @@ class ChipGeneticPlanner:
             result = replace(result, replanner=ChipReplanner(task))
         return result
 
+    def _schedule(self, config: Config, options: Options) -> ChipSchedule:
+        return ChipSchedule(
+            config=config,
+            seed=options.seed,
+            generations=options.generations,
+            chip_ms=_least_ms(self.chip_ms, options.time_limit_s),
+        )
+
+    def _map_for(self, config: Config, evaluator: Evaluator, options: Options) -> CornerMap:
+        """Return a map for a chip of ``config``, or refuse options that it does not support.
+
+        Where the map has room, its cells are parts of the terrain's.
+        """
+        require_chip(config, GeneticCore.PLANNER, options.population)
+        problem, size = evaluator.problem, config.map_size
+        box = leg_box(problem, size)
+        parts = 1
+        if box is None and not problem.as_paper:
+            most = self._schedule(config, options).most_parts_of_cells
+            parts = min(most, max((size - 1) // (max(problem.terrain.shape) - 1), 1))
+        return CornerMap(config, problem, box, parts)
+
 
 def _least_ms(chip_ms: int | None, time_limit_s: float | None) -> float | None:
     """Return the shorter of two limits, milliseconds; None if neither is given."""
     limits = [chip_ms, None if time_limit_s is None else 1000 * time_limit_s]
     return min((limit for limit in limits if limit is not None), default=None)
-
-
-def _map_for(config: Config, evaluator: Evaluator, options: Options) -> CornerMap:
-    """Return the map of a chip of ``config``, or refuse options that the chip does not support."""
-    require_chip(config, GeneticCore.PLANNER, options.population)
-    problem = evaluator.problem
-    return CornerMap(config, problem, leg_box(problem, config.map_size))

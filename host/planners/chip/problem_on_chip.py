@@ -17,6 +17,7 @@ from pathgene.host.device.chip import Chip
 from pathgene.host.device.chip_map import drawn_corners
 from pathgene.host.device.paths import unpack_waypoints
 from pathgene.host.device.runs import BestPaths, RunStatus
+from pathgene.host.planners.chip.guide import guide_of
 from pathgene.host.planners.chip.problem_record import (
     block_shift,
     chip_ends,
@@ -129,6 +130,7 @@ class ProblemOnChip:
         self._runs_before: int | None = None
         self._first: NDArray[np.integer] | None = None
         self._is_sent = False
+        self._guide: list[tuple[int, int, int]] = []
         self.drawing_cycles = self.looks = 0
         self.waits = Waits(0, 0, 0, 0, 0, 0, 0)
 
@@ -236,6 +238,14 @@ class ProblemOnChip:
                 self._first[part] = self._corners[part]
         self._is_sent = False
 
+    def lead(self, path: NDArray[np.float64]) -> int:
+        """Give the next run a path, (n, 3) metres; return the number of waypoints of the guide.
+
+        See :func:`pathgene.host.planners.chip.guide.guide_of`.
+        """
+        self._guide = guide_of(self.chip.config, self.problem, self.grid, path)
+        return len(self._guide)
+
     def coarsen(self) -> None:
         """Divide the map into 32 x 32 blocks, for changed problems.
 
@@ -272,8 +282,9 @@ class ProblemOnChip:
         with runs.together(meanwhile):
             if not self._is_sent:
                 self._send()
+            runs.guide(self._guide)
             runs.start(options)
-        self._is_sent = True
+        self._is_sent, self._guide = True, []
         ordered = traffic.since(before)
         # All have the same size.
         answer = round(ordered.bytes_from_board / ordered.frames_from_board)

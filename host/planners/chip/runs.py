@@ -51,6 +51,8 @@ class ChipRuns:
         self._traffic_before = self._traffic_noted = replace(task.chip.link.traffic)
         self._done: list[dict[str, Any]] = []
         self._cycles = dict.fromkeys((*UNITS, "total"), 0)
+        # How to ease the map before the next run.
+        self._change = 0
 
     @property
     def cycles(self) -> int:
@@ -59,26 +61,25 @@ class ChipRuns:
 
     def move_to(self, task: ProblemOnChip) -> None:
         """Continue on another map of the same problem."""
-        self._task = task
+        self._task, self._change = task, 0
 
     def search(self, first: Iterable[RunOptions], further: Sequence[RunOptions] = ()) -> bool:
         """Execute ``first`` runs until a path is feasible, then the later runs.
 
-        A stop criterion ends the search. Between two first runs, the map is lowered around the
-        ends. Returns whether the search is over: a path is feasible, or a criterion has ended it.
+        A stop criterion ends the search. After a first run without a path, the map is lowered
+        around the ends. Returns whether the search is over: a path is feasible, or a criterion has
+        ended it.
         """
-        task = self._task
-        change = 0
         for options in first:
-            if change:
-                task.ease(change)
+            if self._change:
+                self._task.ease(self._change)
             best, is_found = self._do(options, is_last=not further)
             if self._is_stopped:
                 return True
             if is_found:
                 break
             # The chip found no route from end to end, or only one that the host does not accept.
-            change = -1 if best.classes[0] is PathClass.FEASIBLE else 1
+            self._change = -1 if best.classes[0] is PathClass.FEASIBLE else 1
         else:
             return False
         for number, options in enumerate(further, 1):
@@ -99,6 +100,7 @@ class ChipRuns:
             {
                 "seed": options.seed,
                 "warm": options.warm,
+                "guided": options.guided,
                 "generations": status.generations,
                 "cycles": status.cycles,
                 "ease": task.eased,

@@ -18,6 +18,7 @@ __all__ = [
     "BAUD",
     "MOST_RUNS",
     "SURFACES",
+    "UNGUIDED_RUNS",
     "ChipSchedule",
     "ChipTime",
     "Look",
@@ -30,6 +31,9 @@ __all__ = [
 #: Maximum number of runs from new seeds: if no path of a run is feasible, the next has other seeds
 #: and the next surfaces.
 MOST_RUNS = 8
+#: Number of runs without a feasible path after which a guide is sought, and maximum number of runs
+#: along it.
+UNGUIDED_RUNS, _GUIDED_RUNS = 2, 3
 #: Slopes of these surfaces.
 SURFACES = RunOptions.slopes, (2, 5), (1, 8), (4, 0)
 #: Maximum number of parts of a plan, and minimum time and generations of each: a shorter run gains
@@ -44,6 +48,9 @@ _FURTHER_SHARE = 10
 _UNLIMITED = (1 << 32) - 1
 #: Cycles of a run from which the first populations may cost the time of routes over fine blocks.
 _FINE_CYCLES = 300_000
+#: Cycles of a run from which a finer map is worth its longer walks, and maximum number of parts
+#: into which the sides of the cells of the terrain are divided.
+_FINER_MAP_CYCLES, _MOST_PARTS_OF_CELLS = 1_000_000, 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,12 +89,25 @@ class ChipSchedule:
         """Blocks along each edge of the map over which routes are found."""
         return blocks_of(self._cycles)
 
+    @property
+    def most_parts_of_cells(self) -> int:
+        """Maximum number of parts into which the map may divide the sides of the cells."""
+        return _MOST_PARTS_OF_CELLS if self._cycles >= _FINER_MAP_CYCLES else 1
+
     def first(self) -> list[RunOptions]:
         """Return the options of the runs from new seeds, in order, until one finds a path."""
         generations = self.generations // self.parts
         return [
             self._run(number, generations, slopes=SURFACES[number % len(SURFACES)])
             for number in range(MOST_RUNS)
+        ]
+
+    def guided(self, waypoints: int) -> list[RunOptions]:
+        """Return the options of runs from new seeds along a guide, until one finds a path."""
+        generations = self.generations // self.parts
+        return [
+            self._run(UNGUIDED_RUNS + number, generations, slopes=(0,), guided=waypoints)
+            for number in range(_GUIDED_RUNS)
         ]
 
     def further(self) -> list[RunOptions]:
@@ -121,6 +141,7 @@ class ChipSchedule:
         slopes: tuple[int, ...],
         share: int = RunOptions.share,
         warm: bool = False,
+        guided: int = 0,
     ) -> RunOptions:
         return RunOptions(
             seed=(self.seed + seeds_on) % (1 << SEED_BITS),
@@ -130,6 +151,7 @@ class ChipSchedule:
             slopes=slopes,
             share=share,
             warm=warm,
+            guided=guided,
         )
 
 

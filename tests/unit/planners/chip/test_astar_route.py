@@ -1,21 +1,27 @@
 """The route of ``astar`` beside the chip's, on the software model."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from pathgene.hdl.config import Config
 from pathgene.host.planners.base import Options, Run, Stop
-from pathgene.host.planners.chip import polish
+from pathgene.host.planners.chip import ga_chip, polish
+from pathgene.host.planners.chip.astar_route import Routes
 from pathgene.host.planners.chip.ga_chip import ChipGeneticPlanner
+from pathgene.host.planners.chip.guide import guide_of
 from pathgene.host.planners.chip.runs import ChipRuns
 from pathgene.host.planners.grid import astar, further, refinement
 from pathgene.host.planners.grid.astar import AstarPlanner
 from pathgene.host.planning import Search
+from pathgene.host.problem.corner_map import CornerMap
 from pathgene.host.problem.rules import Rules
 from pathgene.host.problem.zones import Zone
 
 
+CHIP = Config(core="planner")
 #: A chip's search that hardly improves its first paths, and one that does.
 SHORT, LONG = Options(generations=1, seed=3), Options(generations=4_000, seed=3)
 
@@ -168,27 +174,64 @@ def test_where_astar_finds_nothing_nothing_changes(evaluator, monkeypatch):
 
 
 @pytest.mark.usefixtures("unrefined")
-def test_a_problem_without_a_path_of_the_chip_is_left_to_the_fallback(
-    make_evaluator, calls, monkeypatch
+@pytest.mark.parametrize("rules", [Rules(), None], ids=["safe", "paper"])
+def test_without_a_path_of_the_chip_the_route_of_astar_is_the_result(
+    make_evaluator, monkeypatch, rules
 ):
     monkeypatch.setattr(ChipRuns, "search", lambda *_: None)
-    result = planned(make_evaluator(rules=Rules()))
-    assert calls == []
-    assert result.hardware["route_from"] is None
+    plan = Search("ga-chip", generations=1, fallback="astar").run(make_evaluator(rules=rules))
+    hardware = plan.result.hardware
+    assert plan.evaluation.feasible
+    assert plan.fallback is None
+    assert hardware["route_from"] == "astar"
+    assert hardware["routes"] == {"chip": None, "astar": plan.evaluation.fitness}
+
+
+def test_without_any_path_the_fallback_decides(make_evaluator, monkeypatch):
+    monkeypatch.setattr(ChipRuns, "search", lambda *_: None)
+    monkeypatch.setattr(Routes, "search", lambda *_: None)
     plan = Search("ga-chip", generations=1, fallback="astar").run(make_evaluator(rules=Rules()))
     assert plan.fallback == "astar"
     assert plan.result.hardware["route_from"] is None
-    # As paper there is no fallback.
-    result = planned(make_evaluator())
-    assert result.evaluation.feasible
-    assert result.hardware["route_from"] == "astar"
-    assert result.hardware["routes"] == {"chip": None, "astar": result.evaluation.fitness}
+
+
+@pytest.mark.usefixtures("unrefined")
+@pytest.mark.parametrize("heading_deg", [None, 40])
+def test_a_run_along_the_route_of_astar_finds_a_path(make_evaluator, monkeypatch, heading_deg):
+    evaluator = make_evaluator(rules=Rules(), start_heading_deg=heading_deg)
+    monkeypatch.setattr(ga_chip, "UNGUIDED_RUNS", 0)
+    result = planned(evaluator, LONG)
+    first, *_ = result.hardware["runs"]
+    assert first["guided"] == 24
+    assert first["classes"][0] == "feasible"
+    assert result.hardware["routes"]["chip"] > 1
+    # A longer search leaves the guide behind.
+    brief = planned(evaluator)
+    assert brief.hardware["routes"]["chip"] < result.hardware["routes"]["chip"]
+
+
+def test_a_guide_keeps_the_turns_of_a_longer_path(evaluator):
+    problem = evaluator.problem
+    grid = CornerMap(CHIP, problem)
+    start, goal = np.array(problem.start), np.array(problem.goal)
+    turns = [start, start + np.array((600, 900, 90)), start + np.array((2500, 1000, 300)), goal]
+    inner = np.vstack([np.linspace(a, b, 15)[1:] for a, b in itertools.pairwise(turns)])[:-1]
+    path = np.vstack((start, inner, goal))
+    guide = guide_of(CHIP, problem, grid, path)
+    assert len(guide) == CHIP.max_waypoints
+    for turn in turns[1:-1]:
+        x, y, altitude = grid.nearest_corner(tuple(turn))
+        assert (x, y, altitude + 1) in guide
+    assert (
+        guide_of(CHIP, problem, grid, np.vstack((start, start + np.array((600, 900, 90)), goal)))
+        == []
+    )
 
 
 def test_the_path_of_the_fallback_is_improved(make_evaluator, monkeypatch):
     monkeypatch.setattr(ChipRuns, "search", lambda *_: None)
     evaluator = make_evaluator(rules=Rules())
-    search = Search("ga-chip", generations=1, fallback="astar")
+    search = Search("ga-chip", generations=1, fallback="astar", polish="chip")
     plan = search.run(evaluator)
     assert plan.fallback == "astar"
     assert plan.evaluation.feasible

@@ -108,6 +108,9 @@ class Config:
         Cycles from an address to the data of the map's memory, 1 or 2.
     redraws : int
         Maximum repeated draws of a new waypoint that lies in the ground, 0..7.
+    point_cycles : int
+        Cycles of a point of a path in the scorer, 1 or 2: with 2 it needs about half of the
+        multipliers. Only matters with the planner core.
     clock_hz : int
         Clock of the chip in hertz, reported to the host.
     clocks_per_bit : int
@@ -142,6 +145,7 @@ class Config:
     lanes: int = 8
     memory_latency: int = 2
     redraws: int = 2
+    point_cycles: int = 1
     clock_hz: int = 100_000_000
     clocks_per_bit: int = 33
     receive_buffer: int = 2048
@@ -217,6 +221,7 @@ class Config:
             self._check("lanes", f"at most map_size = {self.map_size}", self.lanes <= self.map_size)
         self._check("memory_latency", "1 or 2", 1 <= self.memory_latency <= 2)
         self._check("redraws", "from 0 to 7", 0 <= self.redraws <= 7)
+        self._check("point_cycles", "1 or 2", 1 <= self.point_cycles <= 2)
         self._check("clock_hz", "from 1 to 4294967295", 1 <= self.clock_hz < 1 << 32)
         self._check("clocks_per_bit", "from 4 to 65535", 4 <= self.clocks_per_bit < 1 << 16)
         self._check(

@@ -188,10 +188,10 @@ _PASSED = ("clear", "busy", "writes", "row", "corners")
 class PathEvaluator(Unit):
     """Scores paths, walks the promising ones, and outputs all keys in order.
 
-    A path of m points, including entry and exit, takes 2 m cycles, and the next path follows
-    immediately. The scorer is never stopped inside a path. Sixteen paths may be inside; the first
-    point of another path is taken at the earliest in the cycle after the key of the first path is
-    taken.
+    A path of m points, including entry and exit, takes m cycles, or 2 m if ``config.point_cycles``
+    is 2, and the next path follows immediately. The scorer is never stopped inside a path. Sixteen
+    paths may be inside; the first point of another path is taken at the earliest in the cycle after
+    the key of the first path is taken.
 
     A path is decided one cycle after its score. If it is not walked, its key is offered 3 cycles
     later, or in the cycle after the previous key. If it is walked, its first segment is offered to
@@ -208,7 +208,8 @@ class PathEvaluator(Unit):
     problem : In(problem_layout)
         Steady while paths are inside.
     phase : In(1)
-        1 in the second cycle of every time slot of the scorer; alternates in every cycle.
+        1 in the second cycle of every time slot of the scorer; alternates in every cycle. Ignored
+        if a slot is one cycle.
     paths : In(stream.Signature(head_layout))
         A head for each path, in order. Up to 8 wait for their points. The first point of a path is
         taken at the earliest in the cycle after its head.
@@ -226,7 +227,8 @@ class PathEvaluator(Unit):
     clear_counters : In(1)
         Pulse: set both counters to 0 in the cycle after the next. No path is inside.
     score : Out(32)
-        Cycles in which the scorer had a point: two per point, including entries and exits.
+        Cycles in which the scorer had a point: ``config.point_cycles`` for each point, including
+        entries and exits.
     walk : Out(32)
         Cycles in which the walker was busy with segments: the sum of their costs.
     clear : In(1)

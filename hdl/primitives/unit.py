@@ -18,6 +18,7 @@ with the same name is the default.
 
 import inspect
 import re
+from typing import Self
 
 from amaranth.lib import wiring
 
@@ -269,6 +270,10 @@ class Unit(wiring.Component):
             values[name] = parameter.check(parameter.title(name), values[name], values)
         self.__dict__.update(values)
         super().__init__(self.interface(), src_loc_at=1)
+
+    def twin(self) -> Self:
+        """Return another unit with the same parameters."""
+        return type(self)(**{name: getattr(self, name) for name in self.parameters})
 
     def interface(self) -> dict | wiring.Signature | None:
         """Return the members of the signature; None if the class declares them as annotations.

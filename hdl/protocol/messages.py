@@ -192,6 +192,7 @@ def info_reply(config: Config) -> Layout:
             Field("lanes", 8, "1, 2, 4, 8, 16", "Cells checked in a cycle"),
             Field("memory_latency", 8, "1, 2", "Cycles from an address of the map to its data"),
             Field("redraws", 8, "0 … 7", "Further draws of a new waypoint that lies in the ground"),
+            Field("point_cycles", 8, "1, 2", "Cycles of a point in the scorer of the planner core"),
         )
     )
 

@@ -105,11 +105,12 @@ def findings(layouts, chip, count):
     [
         pytest.param(SMALL.replace(memory_latency=1), 64, 0.8, marks=pytest.mark.ci),
         pytest.param(SMALL.replace(lanes=1), 0, 0.3, marks=pytest.mark.long),
+        pytest.param(SMALL.replace(point_cycles=2), 64, 0.8, marks=pytest.mark.long),
         # Their builds take over a minute each.
         pytest.param(USUAL, 512, 0.9, marks=pytest.mark.long),
         pytest.param(USUAL.replace(lanes=16), 0, 0.9, marks=pytest.mark.long),
     ],
-    ids=["small", "one lane", "usual", "no memo"],
+    ids=["small", "one lane", "two cycles", "usual", "no memo"],
 )
 def test_keys_margins_and_cycles(config, rows, repeat, count):
     """All match with and without entry and exit, back-pressure and long walks."""

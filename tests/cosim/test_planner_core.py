@@ -138,6 +138,9 @@ def fly(config, rows, seed, runs, generations, builds=None, text=None):
             marks=pytest.mark.long,
         ),
         pytest.param(SMALL.replace(lanes=16), 16, 200, 60, id="long-lanes", marks=pytest.mark.long),
+        pytest.param(
+            SMALL.replace(point_cycles=2), 64, 60, 120, id="two-cycles", marks=pytest.mark.long
+        ),
         pytest.param(SMALL, 64, 3000, 150, id="long-small", marks=pytest.mark.long),
         pytest.param(MEDIUM, 256, 400, 200, id="long-medium", marks=pytest.mark.long),
         pytest.param(USUAL, 512, 60, 400, id="long-usual", marks=pytest.mark.long),
@@ -245,6 +248,7 @@ def a_config(rng):
         box_percent=int(rng.integers(5, 40)),
         lanes=int(rng.choice([1, 2, 4, 8, 16])),
         memory_latency=int(rng.integers(1, 3)),
+        point_cycles=int(rng.integers(1, 3)),
     )
 
 

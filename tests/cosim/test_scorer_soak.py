@@ -67,13 +67,24 @@ def answer(config, chip, sizes):
     ("config", "count"),
     [
         (SMALL, 1_000),
+        (SMALL.replace(point_cycles=2), 1_000),
         (USUAL, 1_000),
         pytest.param(LARGE, 500, marks=pytest.mark.long),
+        pytest.param(USUAL.replace(point_cycles=2), 100_000, marks=pytest.mark.long),
         pytest.param(SMALL, 100_000, marks=pytest.mark.long),
         pytest.param(USUAL, 100_000, marks=pytest.mark.long),
         pytest.param(LARGE, 20_000, marks=pytest.mark.long),
     ],
-    ids=["small", "usual", "large", "long-small", "long-usual", "long-large"],
+    ids=[
+        "small",
+        "small-two-cycles",
+        "usual",
+        "large",
+        "long-two-cycles",
+        "long-small",
+        "long-usual",
+        "long-large",
+    ],
 )
 def test_matches_the_model_on_many_paths(config, count, pause):
     rng = np.random.default_rng(count + pause)
@@ -94,7 +105,7 @@ def test_matches_the_model_on_many_paths(config, count, pause):
             ]
             if not pause:
                 begun = list(zip(launches, sizes, strict=True))
-                assert launches[1:] == [freed(*each) for each in begun[:-1]]
+                assert launches[1:] == [freed(*each, config.point_cycles) for each in begun[:-1]]
                 assert [each[0] for each in scores] == [cycles.scored(*each) for each in begun]
                 assert [each[0] for each in chords] == [
                     cycles.sent(start, segment)

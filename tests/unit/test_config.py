@@ -90,6 +90,7 @@ def test_halves_of_a_path(max_waypoints, head, length_bits, index_bits):
             "Config.survivors must be at most the children with the planner core, not 16",
         ),
         ({"redraws": 8}, "Config.redraws must be from 0 to 7, not 8"),
+        ({"point_cycles": 3}, "Config.point_cycles must be 1 or 2, not 3"),
         (
             {"survivor_selection": "best"},
             "Config.survivor_selection must be uniform or rank, not 'best'",
@@ -123,9 +124,10 @@ def test_build_id_depends_on_every_field():
         Config(clocks_per_bit=4),
         Config(perturbs=2, inserts=1),
         Config(box_percent=20),
+        Config(point_cycles=2),
     ]
     ids = {config.build_id for config in [Config(), *changed]}
-    assert len(ids) == 6
+    assert len(ids) == 7
     assert Config().build_id == Config().build_id
     assert all(0 <= build_id < 1 << 32 for build_id in ids)
 

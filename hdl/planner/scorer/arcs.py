@@ -6,11 +6,11 @@ from amaranth import *
 from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
+from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed, slot_after
 from pathgene.hdl.planner.scorer.widths import TURN_BITS, Widths
 from pathgene.hdl.primitives.arithmetic import Divider, WideMultiplier
 from pathgene.hdl.primitives.logic import multiplex
-from pathgene.hdl.primitives.unit import InstanceOf, Unit
+from pathgene.hdl.primitives.unit import Choice, InstanceOf, Unit
 from pathgene.hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     MAX_HALF_TURN,
@@ -74,7 +74,7 @@ class ArcFitter(Unit):
     contain. That never collides, because the first two slots of a path have nothing to send.
 
     Slots without ``valid`` do not advance the contents, which move on with the next valid slot. The
-    second slot of a path must follow the first immediately. Inputs are steady in both cycles of a
+    second slot of a path must follow the first immediately. Inputs are steady in all cycles of a
     slot.
 
     Source: step 2 of the score in ``docs/chip_planner.md``.
@@ -98,6 +98,7 @@ class ArcFitter(Unit):
     """
 
     widths: InstanceOf(Widths)
+    point_cycles: Choice(1, 2, text="Cycles of a slot.")
 
     latency = 2
 
@@ -127,34 +128,45 @@ class ArcFitter(Unit):
         tangent = Signal(self.widths.tangent)
         # Length of the previous segment minus the tangent of the turn into it.
         left = Signal(signed(self.widths.tangent + 1), reset_less=True)
-        # Whether that leaves enough: computed in the first cycle of a slot, for the second.
+        # Whether that leaves enough: computed in the first cycle of a slot, for the next cycle.
         room, room_before = Signal(reset_less=True), Signal(reset_less=True)
         fits = Signal()
+        # The segment to send, in the cycle after the comparison.
+        sent = Signal(fitted_layout(self.widths), reset_less=True)
+        sent_valid, sent_moves = Signal(), Signal()
         fitted = Signal(fitted_layout(self.widths), reset_less=True)
         m.d.comb += [
             self.fitted.eq(fitted),
             self.moves.eq(self.valid | draining.any()),
             tangent.eq(Mux(self.valid, turn.tangent, 0)),
-            fits.eq(room & room_before & ~second.last),
+            fits.eq(room & room_before & ~sent.last),
         ]
         m.d.sync += room.eq(tangent <= left)
+        m.d["comb" if self.point_cycles == 2 else "sync"] += [
+            sent_moves.eq(self.moves),
+            sent_valid.eq(self.moves & sends),
+            sent.first.eq(opens),
+            sent.last.eq(second.last),
+            sent.steep.eq(second.steep),
+            sent.excess.eq(second.excess),
+            sent.length.eq(second.length),
+            sent.next_length.eq(before.length),
+            sent.half_turn.eq(before.half_turn),
+            sent.tangent.eq(before.tangent[:length_bits]),
+        ]
         with m.If(self.phase):
             with m.If(self.valid & turn.last):
                 m.d.sync += draining.eq(2)
             with m.Elif(draining.any()):
                 m.d.sync += draining.eq(draining - 1)
             m.d.sync += [
-                self.fitted_valid.eq(self.moves & sends),
-                fitted.first.eq(opens),
-                fitted.last.eq(second.last),
-                fitted.steep.eq(second.steep),
-                fitted.excess.eq(second.excess),
-                fitted.length.eq(second.length),
-                fitted.next_length.eq(before.length),
+                self.fitted_valid.eq(sent_valid),
+                fitted.eq(sent),
                 fitted.fits.eq(fits),
-                fitted.half_turn.eq(before.half_turn),
-                fitted.tangent.eq(Mux(fits, before.tangent[:length_bits], 0)),
+                fitted.tangent.eq(Mux(fits, sent.tangent, 0)),
             ]
+            with m.If(sent_moves):
+                m.d.sync += room_before.eq(room)
             with m.If(self.moves):
                 m.d.sync += [
                     before.eq(turn),
@@ -164,7 +176,6 @@ class ArcFitter(Unit):
                     second.eq(before),
                     sends.eq(follows & ~before.first),
                     opens.eq(second.first),
-                    room_before.eq(room),
                 ]
 
         return m
@@ -205,16 +216,17 @@ class ArcMeasurer(Unit):
     """
 
     widths: InstanceOf(Widths)
+    point_cycles: Choice(1, 2, text="Cycles of a slot.")
 
     def interface(self):
         widths = self.widths
         self.divider = Divider(widths.length, widths.share)
         self.step = WideMultiplier(_STEP_BITS, _REST_BITS, _REST_BITS)
         self.arc = WideMultiplier(RADIUS_BITS, TURN_BITS, TURN_FRACTION)
-        shares = self.divider.latency + 1
-        # Two registers before the table, two after it, and one after the sum.
-        arc = 5 + self.step.latency + self.arc.latency
-        self.latency = (max(shares, arc) | 1) + 1
+        shares = self.divider.latency + self.point_cycles - 1
+        # Registers of place, index, entry, step and turn, and the twin of the entry.
+        arc = 3 + 2 * self.point_cycles + self.step.latency + self.arc.latency
+        self.latency = slot_after(max(shares, arc), self.point_cycles)
         return {
             "phase": In(1),
             "half_turn": In(widths.half_turn),
@@ -230,7 +242,7 @@ class ArcMeasurer(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        stages = Schedule(m, self.phase)
+        stages = Schedule(m, self.phase, self.point_cycles)
         divisor = stages.mux(Timed(self.length, 0), Timed(self.next_length, 0))
         dividend = Timed(self.tangent << SHARE_BITS, 0)
         shares = stages.through(
@@ -322,6 +334,7 @@ class ArcPlacer(Unit):
     """
 
     widths: InstanceOf(Widths)
+    point_cycles: Choice(1, 2, text="Cycles of a slot.")
 
     def interface(self):
         widths = self.widths
@@ -329,7 +342,8 @@ class ArcPlacer(Unit):
         self.across = {
             axis: WideMultiplier(signed(widths.coordinate + 1), widths.share) for axis in ("x", "y")
         }
-        self.latency = (3 + self.rises.latency | 1) + 1
+        latency = 1 + self.point_cycles + self.rises.latency
+        self.latency = slot_after(latency, self.point_cycles)
         self.end_layout = data.StructLayout(
             {"x": widths.coordinate, "y": widths.coordinate, "altitude": widths.altitude}
         )
@@ -358,7 +372,7 @@ class ArcPlacer(Unit):
             sources = [self.corner, *window[:-1]]
             m.d.sync += [each.eq(source) for each, source in zip(window, sources, strict=True)]
 
-        stages = Schedule(m, self.phase)
+        stages = Schedule(m, self.phase, self.point_cycles)
         following, here, previous = (
             {axis: Timed(each[axis], 0) for axis in ("x", "y", "altitude")} for each in window
         )

@@ -4,10 +4,10 @@ from amaranth import *
 from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
+from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed, slot_after
 from pathgene.hdl.planner.scorer.widths import Widths
 from pathgene.hdl.primitives.arithmetic import Divider, SquareRoot, WideMultiplier
-from pathgene.hdl.primitives.unit import InstanceOf, Unit
+from pathgene.hdl.primitives.unit import Choice, InstanceOf, Unit
 from pathgene.hdl.protocol.planner import RADIUS_BITS, SCALE_FRACTION, SHARPEST_BITS, TURN_FRACTION
 
 
@@ -46,6 +46,7 @@ class SegmentMeasurer(Unit):
     """
 
     widths: InstanceOf(Widths)
+    point_cycles: Choice(1, 2, text="Cycles of a slot.")
 
     def interface(self):
         widths = self.widths
@@ -53,8 +54,9 @@ class SegmentMeasurer(Unit):
         self.square = WideMultiplier(signed(widths.side), signed(widths.side))
         scale = SCALE_FRACTION + 1
         self.scaled = WideMultiplier(signed(widths.side), scale)
-        latency = 4 + self.scaled.latency + self.square.latency + self.root.latency
-        self.latency = (latency | 1) + 1
+        products = self.scaled.latency + self.square.latency
+        latency = 2 + self.point_cycles + products + self.root.latency
+        self.latency = slot_after(latency, self.point_cycles)
         return {
             "phase": In(1),
             "valid": In(1),
@@ -70,7 +72,7 @@ class SegmentMeasurer(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        stages = Schedule(m, self.phase)
+        stages = Schedule(m, self.phase, self.point_cycles)
         place = self.place
         before = Signal(place_layout(self.widths), reset_less=True)
         with m.If(self.phase & self.valid):
@@ -141,6 +143,7 @@ class TurnMeasurer(Unit):
     """
 
     widths: InstanceOf(Widths)
+    point_cycles: Choice(1, 2, text="Cycles of a slot.")
 
     def interface(self):
         widths = self.widths
@@ -151,8 +154,9 @@ class TurnMeasurer(Unit):
         # The divisor consists of two products of vectors.
         self.divider = Divider(widths.cross + 1, SHARPEST_BITS + TURN_FRACTION)
         self.tangents = WideMultiplier(RADIUS_BITS, widths.half_turn)
-        latency = 7 + self.cross.latency + self.divider.latency + self.tangents.latency
-        self.latency = (latency | 1) + 1
+        products = self.cross.latency + self.tangents.latency
+        latency = 5 + self.point_cycles + products + self.divider.latency
+        self.latency = slot_after(latency, self.point_cycles)
         return {
             "phase": In(1),
             "valid": In(1),
@@ -168,7 +172,7 @@ class TurnMeasurer(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        stages = Schedule(m, self.phase)
+        stages = Schedule(m, self.phase, self.point_cycles)
         names = ("dx", "dy", "length", "first")
         now = {name: getattr(self, name) for name in names}
         then = {

@@ -4,10 +4,10 @@ from amaranth import *
 from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
+from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed, slot_after
 from pathgene.hdl.planner.scorer.widths import Widths
 from pathgene.hdl.primitives.arithmetic import SquareRoot, WideMultiplier
-from pathgene.hdl.primitives.unit import InstanceOf, Unit
+from pathgene.hdl.primitives.unit import Choice, InstanceOf, Unit
 from pathgene.hdl.protocol.planner import (
     BASE_BITS,
     DRAG_FRACTION,
@@ -80,9 +80,9 @@ class PiecePricer(Unit):
         m = Module()
 
         # There is a piece in every cycle; nothing depends on slots.
-        stages = Schedule(m, Const(0))
+        stages = Schedule(m, Const(1), 1)
         before, after, length = (
-            Timed(each, 0, Kind.PAIR) for each in (self.before, self.after, self.length)
+            Timed(each, 0, Kind.SINGLE) for each in (self.before, self.after, self.length)
         )
         rise, base, drag, fuel, fuel_shift = (
             Timed(each, 0, Kind.STEADY)
@@ -183,13 +183,15 @@ class PathPricer(Unit):
     """
 
     widths: InstanceOf(Widths)
+    point_cycles: Choice(1, 2, text="Cycles of a slot.")
 
     def interface(self):
         widths = self.widths
         self.pieces = PiecePricer(widths)
-        # A register before the pieces, one each for the sums of the two pieces and of the path, and
-        # the value.
-        self.latency = (3 + self.pieces.latency | 1) + 1 + 2 + 8
+        # A register before the pieces and one for their sum, a slot for the sum of the path, and
+        # six cycles for the value.
+        both = slot_after(1 + self.point_cycles + self.pieces.latency, self.point_cycles)
+        self.latency = both + self.point_cycles + slot_after(6, self.point_cycles)
         return {
             "phase": In(1),
             "valid": In(1),
@@ -206,7 +208,7 @@ class PathPricer(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        stages = Schedule(m, self.phase)
+        stages = Schedule(m, self.phase, self.point_cycles)
         laid = {name: Timed(self.laid[name], 0) for name, _ in self.laid.shape()}
         cost = self._price(m, stages, laid)
         straight, arc = stages.apart(cost)
@@ -225,7 +227,7 @@ class PathPricer(Unit):
         )
         with m.If(self.phase & valid):
             m.d.sync += total.eq(Mux(first, 0, total) + both.value)
-        self._shift(m, stages, Timed(total, both.time + 2))
+        self._shift(m, stages, Timed(total, both.time + self.point_cycles))
 
         return m
 
@@ -246,12 +248,12 @@ class PathPricer(Unit):
         before = stages.alternate("piece_before", Timed(begins, 0), laid["before"])
         after = stages.alternate("piece_after", laid["before"], laid["after"])
         length = stages.alternate("piece_length", Timed(left, 0), laid["arc_length"])
-        m.d.comb += [
-            getattr(self.pieces, name).eq(getattr(self, name))
+        fields = {
+            name: Timed(getattr(self, name), 0, Kind.STEADY)
             for name in ("rise", "base", "drag", "fuel", "fuel_shift")
-        ]
+        }
         return stages.through(
-            "pieces", self.pieces, "cost", before=before, after=after, length=length
+            "pieces", self.pieces, "cost", before=before, after=after, length=length, **fields
         )
 
     def _shift(self, m, stages, total):

@@ -4,10 +4,10 @@ from amaranth import *
 from amaranth.lib import data
 from amaranth.lib.wiring import In, Out
 
-from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed
+from pathgene.hdl.planner.scorer.schedule import Kind, Schedule, Timed, slot_after
 from pathgene.hdl.planner.scorer.widths import Widths
 from pathgene.hdl.primitives.arithmetic import WideMultiplier
-from pathgene.hdl.primitives.unit import Count, InstanceOf, Unit, Width
+from pathgene.hdl.primitives.unit import Choice, Count, InstanceOf, Unit, Width
 from pathgene.hdl.protocol.planner import (
     EXCESS_BITS,
     POSITION_FRACTION,
@@ -44,10 +44,11 @@ class SlopeComparator(Unit):
     length_bits: Width(1)
     rise_bits: Width("fraction + 1", text="Its sign included.")
     fraction: Count(0, text="Bits of the rise below the part.")
+    point_cycles: Choice(1, 2, text="Cycles of a slot.")
 
     def interface(self):
         self.grade = WideMultiplier(self.length_bits, SLOPE_BITS)
-        self.latency = (3 + self.grade.latency | 1) + 1
+        self.latency = slot_after(3 + self.grade.latency, self.point_cycles)
         return {
             "phase": In(1),
             "length": In(self.length_bits),
@@ -61,7 +62,7 @@ class SlopeComparator(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        stages = Schedule(m, self.phase)
+        stages = Schedule(m, self.phase, self.point_cycles)
         length, rise = Timed(self.length, 0), Timed(self.rise, 0)
         climb, descent = (Timed(each, 0, Kind.STEADY) for each in (self.climb, self.descent))
         length = stages.compute("run", lambda length: length, length)
@@ -153,11 +154,14 @@ class PenaltyCounter(Unit):
     """
 
     widths: InstanceOf(Widths)
+    point_cycles: Choice(1, 2, text="Cycles of a slot.")
 
     def interface(self):
         widths = self.widths
         self.sharp = WideMultiplier(widths.total, widths.count, _SHARE_SHIFT)
-        self.latency = (2 + 3 + self.sharp.latency | 1) + 1
+        # Sums for a slot, then a product, two sums and a limit.
+        latency = self.point_cycles + 3 + self.sharp.latency
+        self.latency = slot_after(latency, self.point_cycles)
         return {
             "phase": In(1),
             "valid": In(1),
@@ -169,7 +173,7 @@ class PenaltyCounter(Unit):
         m = Module()
 
         judged, widths = self.judged, self.widths
-        stages = Schedule(m, self.phase)
+        stages = Schedule(m, self.phase, self.point_cycles)
         added = {
             "total": (widths.total, judged.length),
             "steep": (widths.steep, Mux(judged.steep, judged.excess + STEEP, 0)),
@@ -184,7 +188,7 @@ class PenaltyCounter(Unit):
             total = Signal(width, name=f"{name}_sum", reset_less=True)
             with m.If(self.phase & self.valid):
                 m.d.sync += total.eq(Mux(judged.first, 0, total) + value)
-            sums[name] = Timed(total, 2)
+            sums[name] = Timed(total, self.point_cycles)
 
         product = stages.through(
             "sharp", self.sharp, "product", first=sums["total"], second=sums["sharp"]

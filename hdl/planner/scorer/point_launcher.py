@@ -20,7 +20,7 @@ _HALF = 1 << POSITION_FRACTION - 1
 class PointLauncher(Unit):
     """Launches a point in every slot while points arrive: a path with its entry and exit.
 
-    The unit stores one point. It leaves in the second cycle of a slot, for the next slot; in that
+    The unit stores one point. It leaves in the last cycle of a slot, for the next slot; in that
     cycle, or if no point is stored, the next point is taken. The first point of a path, or the
     entry, leaves if the point was taken in an earlier cycle, the second is offered, and there was
     room in the previous cycle. The second point is then in time for the following slot; if a later

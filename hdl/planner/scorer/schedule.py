@@ -1,16 +1,18 @@
-"""Timing of values in a pipeline that takes a segment every two cycles.
+"""Timing of values in a pipeline that takes a segment in every slot of one or two cycles.
 
-The scorer has no stalls: a value leaves a stage a fixed number of cycles after it enters. A *slot*
-is two cycles, distinguished by ``phase``, and a segment enters in every slot. There are four kinds
-of values:
+The scorer has no stalls: a value leaves a stage a fixed number of cycles after it enters. A segment
+enters in every *slot*. There are four kinds of values:
 
 - *steady* throughout a run: the fields of the problem's record;
-- *held* for both cycles of a slot;
+- *held* for all cycles of a slot;
 - *single*, available in one cycle;
-- a *pair*: one value in a cycle and its twin in the next, so that one multiplier serves both.
+- a *pair*: if a slot is two cycles, one value in a cycle and its twin in the next, so that one
+  multiplier serves both; if it is one cycle, both values in the same cycle, each with a multiplier
+  of its own.
 
-:class:`Schedule` keeps the time of each value, counted from the unit's input slot, whose cycles are
-0 and 1, and inserts registers where values with different times meet.
+:class:`Schedule` keeps the time of each value, counted from the unit's input slot, whose first
+cycle is 0, and inserts registers where values with different times meet. The stages of a unit are
+the same for both sizes of a slot.
 """
 
 import enum
@@ -21,10 +23,18 @@ from amaranth import *
 from pathgene.hdl.primitives.storage import MemoryDelay
 
 
-__all__ = ["Kind", "Schedule", "Timed"]
+__all__ = ["Kind", "Schedule", "Timed", "slot_after"]
 
 #: Numbers of steps and bits from which a delay is cheaper in a memory than in registers.
 MEMORY_STEPS, MEMORY_BITS = 6, 8
+
+
+def slot_after(time: int, cycles: int) -> int:
+    """Return the first cycle in which a single value of ``time`` is held, with ``cycles`` a slot.
+
+    See :meth:`Schedule.hold`.
+    """
+    return time if cycles == 1 else (time | 1) + 1
 
 
 class Kind(enum.Enum):
@@ -44,13 +54,17 @@ class Timed:
     ----------
     value : Value
     time : int
-        First cycle in which the value is available; even for held values, 0 for steady values.
+        First cycle in which the value is available: for held values the first of a slot, 0 for
+        steady values.
     kind : Kind
+    twin : Value or None
+        Second value of a pair whose values are available in the same cycle.
     """
 
     value: Value
     time: int
     kind: Kind = Kind.HELD
+    twin: Value | None = None
 
 
 class Schedule:
@@ -60,28 +74,41 @@ class Schedule:
     ----------
     m : Module
     phase : Value
-        1 in the second cycle of every slot.
+        1 in the last cycle of every slot of two cycles.
+    cycles : int
+        Cycles of a slot, 1 or 2.
+
+    Attributes
+    ----------
+    begins, ends : Value
+        1 in the first and in the last cycle of every slot.
     """
 
-    def __init__(self, m: Module, phase: Value):
+    def __init__(self, m: Module, phase: Value, cycles: int):
         self._m = m
-        self._phase = phase
+        self._cycles = cycles
+        self.begins, self.ends = (~phase, phase) if cycles == 2 else (Const(1), Const(1))
         self._delayed: dict[tuple[int, int], tuple[Value, Value]] = {}
         self._delays = 0
 
+    def slots(self, time: int) -> int:
+        """Return the number of slots in ``time`` cycles."""
+        return time // self._cycles
+
     def at(self, timed: Timed, time: int) -> Value:
         """Return a value delayed to ``time``."""
+        assert timed.twin is None
         if timed.kind is Kind.STEADY:
             return timed.value
         held = timed.kind is Kind.HELD
-        steps = (time - timed.time) // 2 if held else time - timed.time
+        steps = self.slots(time - timed.time) if held else time - timed.time
         assert steps >= 0
-        step = self._phase if held else Const(1)
+        step = self.ends if held else Const(1)
         return self._delay(timed.value, steps, step) if steps else timed.value
 
     def together(self, time: int, *held: Timed) -> list[Timed]:
         """Return held values in the slot at ``time``, delayed in a common memory."""
-        assert time % 2 == 0
+        assert time % self._cycles == 0
         assert all(each.kind is Kind.HELD for each in held)
         latest = max(each.time for each in held)
         joined = Cat(self.at(each, latest) for each in held)
@@ -96,10 +123,12 @@ class Schedule:
     def compute(self, name, function, *inputs: Timed) -> Timed:
         """Return a register of ``function(*inputs)``: single, or a pair if an input is a pair."""
         time, kind = self._meet(inputs)
-        value = Value.cast(function(*(self.at(each, time) for each in inputs)))
-        register = Signal(value.shape(), name=name, reset_less=True)
-        self._m.d.sync += register.eq(value)
-        return Timed(register, time + 1, kind)
+        registers = []
+        for title, each in self._sides(name, kind, inputs):
+            value = Value.cast(function(*(self.at(timed, time) for timed in each)))
+            registers.append(Signal(value.shape(), name=title, reset_less=True))
+            self._m.d.sync += registers[-1].eq(value)
+        return self._timed(registers, time + 1, kind)
 
     def compute_held(self, name, function, *inputs: Timed) -> Timed:
         """Return a register of ``function(*inputs)``, all held, for the next slot."""
@@ -109,11 +138,13 @@ class Schedule:
         return self._held(name, value, time)
 
     def mux(self, first: Timed, second: Timed) -> Timed:
-        """Return two held values as a pair, through a multiplexer."""
+        """Return two held values as a pair, through a multiplexer if they share a line."""
         assert first.kind is second.kind is Kind.HELD
         time, _ = self._meet((first, second))
-        value = Mux(self._phase, self.at(second, time), self.at(first, time))
-        return Timed(value, time, Kind.PAIR)
+        values = [self.at(each, time) for each in (first, second)]
+        if self._cycles == 2:
+            values = [Mux(self.ends, *reversed(values))]
+        return self._timed(values, time, Kind.PAIR)
 
     def alternate(self, name, first: Timed, second: Timed) -> Timed:
         """Return two held values as a pair in a register."""
@@ -122,27 +153,59 @@ class Schedule:
     def apart(self, pair: Timed) -> tuple[Timed, Timed]:
         """Return the two values of a pair, each single, at the time of the second."""
         assert pair.kind is Kind.PAIR
+        if pair.twin is not None:
+            return Timed(pair.value, pair.time, Kind.SINGLE), Timed(
+                pair.twin, pair.time, Kind.SINGLE
+            )
         return (
             Timed(self.at(pair, pair.time + 1), pair.time + 1, Kind.SINGLE),
             Timed(pair.value, pair.time + 1, Kind.SINGLE),
         )
 
     def hold(self, name, single: Timed) -> Timed:
-        """Return a single value as a held value."""
+        """Return a single value as a held value; in a slot of one cycle it is one already."""
         assert single.kind is Kind.SINGLE
+        if self._cycles == 1:
+            return Timed(single.value, single.time)
         time = single.time | 1
         return self._held(name, self.at(single, time), time - 1)
 
     def through(self, name, unit, output: str, **inputs: Timed) -> Timed:
         """Return the output of a pipeline that takes values in every cycle.
 
-        ``unit`` has a ``latency`` and becomes the submodule ``name``; ``inputs`` are its ports.
+        ``unit`` has a ``latency`` and becomes the submodule ``name``; ``inputs`` are its ports. The
+        second values of a pair go through another such unit if they come in the same cycle.
         """
         time, kind = self._meet(inputs.values())
-        self._m.submodules[name] = unit
-        for port, each in inputs.items():
-            self._m.d.comb += getattr(unit, port).eq(self.at(each, time))
-        return Timed(getattr(unit, output), time + unit.latency, kind)
+        outputs = []
+        for title, each in self._sides(name, kind, inputs.values()):
+            own = unit.twin() if outputs else unit
+            self._m.submodules[title] = own
+            for port, timed in zip(inputs, each, strict=True):
+                self._m.d.comb += getattr(own, port).eq(self.at(timed, time))
+            outputs.append(getattr(own, output))
+        return self._timed(outputs, time + unit.latency, kind)
+
+    def _sides(self, name, kind: Kind, inputs):
+        """Yield a name and the inputs for each value of a result that comes in the same cycle."""
+        if kind is not Kind.PAIR or self._cycles == 2:
+            yield name, inputs
+            return
+        for suffix, is_twin in (("", False), ("_twin", True)):
+            yield (
+                name + suffix,
+                [
+                    Timed(each.twin if is_twin else each.value, each.time, Kind.SINGLE)
+                    if each.kind is Kind.PAIR
+                    else each
+                    for each in inputs
+                ],
+            )
+
+    def _timed(self, values, time: int, kind: Kind) -> Timed:
+        """Return one or two values that come in the same cycle."""
+        value, *twins = values
+        return Timed(value, time, kind, *twins)
 
     def _meet(self, inputs) -> tuple[int, Kind]:
         """Return the first time at which all inputs are available, and the kind of their result."""
@@ -151,14 +214,14 @@ class Schedule:
         if Kind.PAIR not in kinds:
             return time, Kind.SINGLE
         # Both values of a pair meet the same slot.
-        return time + (time % 2 if Kind.HELD in kinds else 0), Kind.PAIR
+        return time + (time % self._cycles if Kind.HELD in kinds else 0), Kind.PAIR
 
     def _held(self, name, value, time: int) -> Timed:
-        """Return a register of ``value``, taken in the second cycle of the slot at ``time``."""
+        """Return a register of ``value``, taken in the last cycle of the slot at ``time``."""
         register = Signal(value.shape(), name=name, reset_less=True)
-        with self._m.If(self._phase):
+        with self._m.If(self.ends):
             self._m.d.sync += register.eq(value)
-        return Timed(register, time + 2)
+        return Timed(register, time + self._cycles)
 
     def _delay(self, value: Value, steps: int, step: Value) -> Value:
         """Return ``value`` from ``steps`` steps ago; delays of a value share registers."""

@@ -60,25 +60,26 @@ def chord_record_layout(coordinate_bits: int, altitude_bits: int) -> data.Struct
 
 
 class Scorer(Unit):
-    """Scores paths, one segment every two cycles.
+    """Scores paths, a point in every slot of c = ``config.point_cycles`` cycles.
 
     The entry of the record is the first point of every path, before the points that arrive, and the
-    exit is the last. A path of m points, including these, takes 2 m cycles, and the next path
+    exit is the last. A path of m points, including these, takes c m cycles, and the next path
     follows immediately. Nothing inside waits, and every output must be taken.
 
-    *Launch.* ``launches`` is set for a path in the first cycle with ``phase`` in which its first
-    point has been taken in an earlier cycle, its second is offered, there was ``room`` in the
-    previous cycle, and the previous path, if it had m points, was launched at least 2 m cycles ago.
-    The first slot of the path begins in the next cycle. The scorer stores one point, which leaves
-    in the cycle before its slot: ``L + 2 (i + has_entry)`` for arriving point i, counted from 0, of
-    a path launched in cycle L. In that cycle the next point is taken, unless it is late; if no
-    point is stored, it is taken immediately.
+    *Launch.* ``launches`` is set for a path in the first cycle that is the last of a slot and in
+    which its first point has been taken in an earlier cycle, its second is offered, there was
+    ``room`` in the previous cycle, and the previous path, if it had m points, was launched at least
+    c m cycles ago. The first slot of the path begins in the next cycle. The scorer stores one
+    point, which leaves in the cycle before its slot: ``L + c (i + has_entry)`` for arriving point
+    i, counted from 0, of a path launched in cycle L. In that cycle the next point is taken, unless
+    it is late; if no point is stored, it is taken immediately.
 
     *Results.* If no point of a path is late, and the path is launched in cycle L, the record of
-    segment j, counted from 0, is output in cycle ``L + chord_latency + 2 j``, and the score
+    segment j, counted from 0, is output in cycle ``L + chord_latency + c j``, and the score
     ``score_latency`` cycles after the record of the last segment. With the default sizes these are
-    87 and 56 cycles: a path of m points is scored in cycle ``L + 2 m + 139``. A late point delays
-    its slot and all later slots by a multiple of two cycles.
+    73 and 50 cycles: a path of m points is scored in cycle ``L + m + 121``. With two cycles a point
+    they are 87 and 56 cycles, and it is scored in cycle ``L + 2 m + 139``. A late point delays its
+    slot and all later slots by a multiple of c.
     ``sim/model/planner/evaluator_cycles.py`` has the same counts.
 
     A score and a walk are everything that :func:`pathgene.sim.model.planner.evaluation.evaluate`
@@ -100,13 +101,14 @@ class Scorer(Unit):
         above 1.
     phase : In(1)
         1 in the second cycle of every slot: alternates in every cycle, starting at 0 after a reset.
+        Ignored if a slot is one cycle.
     room : In(1)
-        A path may begin in the next slot. Sampled in the first cycle of a slot.
+        A path may begin in the next slot. Sampled in the cycle before the last one of a slot.
     points : In(stream.Signature(point_layout))
         Points of paths, path after path: start corner, waypoints, goal corner. A path has at least
         two points, and at most the maximum of the configuration.
     launches : Out(1)
-        Pulse in the second cycle of a slot: a path begins in the next slot.
+        Pulse in the last cycle of a slot: a path begins in the next slot.
     chord : Out(chord_record_layout)
         For each segment of a path, in order, the chord of the arc at its end.
     score : Out(score_layout)
@@ -119,20 +121,22 @@ class Scorer(Unit):
         config = self.config
         self.widths = widths = Widths.of(config)
         sizes = config.coordinate_bits, config.altitude_bits
+        cycles = config.point_cycles
         self.launcher = PointLauncher(widths)
-        self.segments = SegmentMeasurer(widths)
-        self.turns = TurnMeasurer(widths)
-        self.slopes = SlopeComparator(widths.length, widths.part + 1, 0)
-        self.fitter = ArcFitter(widths)
-        self.arcs = ArcMeasurer(widths)
-        self.placer = ArcPlacer(widths)
-        self.arc_slopes = SlopeComparator(widths.arc, widths.part + SHARE_BITS + 2, SHARE_BITS)
-        self.pricer = PathPricer(widths)
-        self.penalties = PenaltyCounter(widths)
+        self.segments = SegmentMeasurer(widths, cycles)
+        self.turns = TurnMeasurer(widths, cycles)
+        self.slopes = SlopeComparator(widths.length, widths.part + 1, 0, cycles)
+        self.fitter = ArcFitter(widths, cycles)
+        self.arcs = ArcMeasurer(widths, cycles)
+        self.placer = ArcPlacer(widths, cycles)
+        arc_rise = widths.part + SHARE_BITS + 2
+        self.arc_slopes = SlopeComparator(widths.arc, arc_rise, SHARE_BITS, cycles)
+        self.pricer = PathPricer(widths, cycles)
+        self.penalties = PenaltyCounter(widths, cycles)
         # A segment is sent by the second slot after its own, and that is the second slot of a path.
         laying = self.arcs.latency + self.placer.latency
         self._fitting = self.segments.latency + self.turns.latency
-        self.chord_latency = 7 + self._fitting + self.fitter.latency + laying
+        self.chord_latency = 1 + 3 * cycles + self._fitting + self.fitter.latency + laying
         self.score_latency = self.pricer.latency
         return {
             "problem": In(problem_layout(config)),
@@ -147,12 +151,15 @@ class Scorer(Unit):
     def elaborate(self, platform):
         m = Module()
 
-        # A register for each unit, because a shared register would be far from most of them.
-        phases = fanout(m, *[~self.phase] * len(UNITS), name="phase")
+        # A register for each unit, because a shared register would be far from most of them. Every
+        # cycle is the last one of a slot of one cycle.
+        stages = Schedule(m, self.phase, self.config.point_cycles)
+        phases = [stages.ends] * len(UNITS)
+        if self.config.point_cycles == 2:
+            phases = fanout(m, *[~self.phase] * len(UNITS), name="phase")
         for name, phase in zip(UNITS, phases, strict=True):
             m.submodules[name] = getattr(self, name)
             m.d.comb += getattr(self, name).phase.eq(phase)
-        stages = Schedule(m, self.phase)
         fields = {
             self.launcher: ("has_entry", "has_exit", "x_limit", "y_limit"),
             self.segments: ("x_scale", "y_scale"),
@@ -187,7 +194,7 @@ class Scorer(Unit):
         launcher, segments, turns, slopes = self.launcher, self.segments, self.turns, self.slopes
         fitter = self.fitter
         measured, fitting = segments.latency, self._fitting
-        valid = self._flags(m, launcher.valid, fitting // 2, "valid")
+        valid = self._flags(m, stages, launcher.valid, fitting, "valid")
         first, last = Timed(launcher.first, 0), Timed(launcher.last, 0)
         length = Timed(segments.length, measured)
         steep, excess = (
@@ -196,14 +203,14 @@ class Scorer(Unit):
         m.d.comb += [
             segments.valid.eq(launcher.valid),
             segments.place.eq(launcher.place),
-            turns.valid.eq(valid[measured // 2]),
+            turns.valid.eq(valid[stages.slots(measured)]),
             turns.first.eq(stages.at(first, measured)),
             turns.dx.eq(segments.dx),
             turns.dy.eq(segments.dy),
             turns.length.eq(segments.length),
             slopes.length.eq(segments.length),
             slopes.rise.eq(segments.rise),
-            fitter.valid.eq(valid[fitting // 2]),
+            fitter.valid.eq(valid[stages.slots(fitting)]),
             fitter.turn.first.eq(stages.at(first, fitting)),
             fitter.turn.last.eq(stages.at(last, fitting)),
             fitter.turn.steep.eq(stages.at(steep, fitting)),
@@ -246,12 +253,12 @@ class Scorer(Unit):
         laid |= {name: each.value for name, each in zip(sizes, delayed, strict=True)}
         laid["arc_length"] = stages.at(Timed(arcs.arc_length, placing), laid_at)
         laid |= {name: getattr(placer, name) for name in ("start_altitude", "before", "after")}
-        valid = self._flags(m, fitter.fitted_valid, (laid_at - fitted_at) // 2, "laid")[-1]
+        valid = self._flags(m, stages, fitter.fitted_valid, laid_at - fitted_at, "laid")[-1]
         pricer, chord = self.pricer, self.chord
         m.d.comb += [
             pricer.valid.eq(valid),
             *(pricer.laid[name].eq(laid[name]) for name, _ in pricer.laid.shape()),
-            chord.valid.eq(valid & ~self.phase),
+            chord.valid.eq(valid & stages.begins),
             chord.last.eq(laid["last"]),
             chord.present.eq(laid["chord"]),
             chord.start.eq(placer.ends[0]),
@@ -273,24 +280,24 @@ class Scorer(Unit):
         wrong = {name: stages.at(Timed(each, 0), judging) for name, each in wrong.items()}
         curves = stages.at(Timed(laid["curves"], 0), judging)
         scored = self.pricer.latency
-        ends = self._flags(m, valid & laid["last"], scored // 2, "ended")[-1]
+        ends = self._flags(m, stages, valid & laid["last"], scored, "ended")[-1]
         penalty = Timed(penalties.penalty, judging + penalties.latency)
         infeasible = stages.compute_held("infeasible", lambda penalty: penalty.any(), penalty)
         penalty, infeasible = (stages.at(each, scored) for each in (penalty, infeasible))
         m.d.comb += [
             slopes.length.eq(laid["arc_length"]),
             slopes.rise.eq(self.placer.rise),
-            penalties.valid.eq(self._flags(m, valid, judging // 2, "judged")[-1]),
+            penalties.valid.eq(self._flags(m, stages, valid, judging, "judged")[-1]),
             *(penalties.judged[name].eq(each) for name, each in wrong.items()),
             penalties.judged.steep_arc.eq(slopes.steep & curves),
-            self.score.valid.eq(ends & ~self.phase),
+            self.score.valid.eq(ends & stages.begins),
             self.score.infeasible.eq(infeasible),
             self.score.value.eq(Mux(infeasible, penalty, self.pricer.value)),
         ]
 
-    def _flags(self, m, flag, slots, name):
-        """Return ``flag`` and its values in the previous ``slots`` slots, cleared by a reset."""
-        earlier = Signal(slots, name=f"{name}_flags")
-        with m.If(self.phase):
+    def _flags(self, m, stages, flag, time, name):
+        """Return ``flag`` and its values in the slots of the last ``time`` cycles, with resets."""
+        earlier = Signal(stages.slots(time), name=f"{name}_flags")
+        with m.If(stages.ends):
             m.d.sync += earlier.eq(Cat(flag, earlier))
         return [flag, *earlier]

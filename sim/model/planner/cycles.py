@@ -1,9 +1,9 @@
 """Cycles of a run, as in the gateware: the only place that knows how the units overlap.
 
 Cycles are counted from the first cycle of a run. Paths pass scorer, decision and walker in order of
-arrival. The scorer takes a point in every slot of two cycles and never waits inside a path; the
-decision follows a fixed time later, and the walker takes the paths to be walked without gaps. The
-cycle of a path's key depends on the cycle in which its points are available, the number of its
+arrival. The scorer takes a point in every slot of one or two cycles and never waits inside a path;
+the decision follows a fixed time later, and the walker takes the paths to be walked without gaps.
+The cycle of a path's key depends on the cycle in which its points are available, the number of its
 points, the cycles of its walk, the earlier paths, and the number of members that each of them
 passes in the sorter.
 
@@ -104,17 +104,18 @@ _FREE, _PASS = range(15, 17)
 _KEYS = 17
 
 #: Places of the delays that depend on the sizes of a chip.
-_SCORED, _WALKED, ROW, _POPULATION, _CHILDREN = range(5)
+_SCORED, _WALKED, ROW, _POPULATION, _CHILDREN, _SLOT = range(6)
 
 
 def delays_vector(config: Config) -> Integers:
-    """Return the delays of a chip of ``config`` and the sizes that they depend on, (5,) int64."""
+    """Return the delays of a chip of ``config`` and the sizes that they depend on, (6,) int64."""
     delays = (
         ScorerCycles.of(config).scored(0, 0) + DECISION,
         back(config.lanes, config.memory_latency) - 1,
         config.memory_latency + 4,
         config.population,
         config.children,
+        config.point_cycles,
     )
     return np.array(delays, dtype=np.int64)
 
@@ -144,14 +145,14 @@ def enter(
     has_exit : int
         1 if its last point is the exit, which is not one of the arriving points.
     """
-    place = _KEYS + counters[_ENTERED] % PLACES
+    place, slot = _KEYS + counters[_ENTERED] % PLACES, delays[_SLOT]
     first = max(offered, counters[_LAUNCHER], counters[place] + 1)
-    launch = launched(first, first + 1, counters[_SLOTS], 0)
-    counters[_SLOTS] = freed(launch, points)
-    counters[_GOAL] = launch + 2 * (points - 2 - has_exit)
-    counters[_LAUNCHER] = counters[_GOAL] + 2
-    counters[SCORE] += 2 * points
-    decided = launch + 2 * points + delays[_SCORED]
+    launch = launched(first, first + 1, counters[_SLOTS], 0, slot)
+    counters[_SLOTS] = freed(launch, points, slot)
+    counters[_GOAL] = launch + slot * (points - 2 - has_exit)
+    counters[_LAUNCHER] = counters[_GOAL] + slot
+    counters[SCORE] += slot * points
+    decided = launch + slot * points + delays[_SCORED]
     key: int = decided + KEY
     if walk:
         counters[_WALKER] = max(decided + QUEUE + FRONT, counters[_WALKER]) + walk

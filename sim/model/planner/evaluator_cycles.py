@@ -1,9 +1,9 @@
 """Cycles of the evaluator of paths, its walker and its scorer, as in the gateware.
 
-The scorer takes a point in every slot of two cycles, including entry and exit: m points take 2 m
-cycles. Cycles in which its ``phase`` is 1, the second of a slot, are odd here. It does not take a
-path while sixteen are inside. After that, everything takes fixed numbers of cycles except for two
-queues: the walker's, and the queue of keys, which leave in the order of the paths.
+The scorer takes a point in every slot of one or two cycles, including entry and exit: m points take
+m or 2 m cycles. Cycles in which its ``phase`` is 1, the second of a slot of two, are odd here. It
+does not take a path while sixteen are inside. After that, everything takes fixed numbers of cycles
+except for two queues: the walker's, and the queue of keys, which leave in the order of the paths.
 :func:`pathgene.sim.model.planner.cycles.enter` has the resulting maxima.
 
 A path costs the walker the sum of the costs of its segments and chords, in walking order, including
@@ -104,32 +104,34 @@ def walked(offered: int, free: int, costs: Iterable[int]) -> int:
 
 #: Bits of a factor that a multiplier takes.
 _CELL_BITS = 18
-#: Cycles from ``launches`` to the slot of a path's fourth point, in which the record of its first
-#: segment leaves the fitter, and latency of the fitter.
-_SENT, _FITTER = 7, 2
+#: Latency of the fitter.
+_FITTER = 2
 
 
 @inlined
-def launched(first: int, second: int, free: int, room: int) -> int:
+def launched(first: int, second: int, free: int, room: int, slot: int) -> int:
     """Return the cycle in which ``launches`` is set for a path; its slots begin in the next cycle.
 
     Parameters
     ----------
     first, second : int
         First cycles in which its first two points are offered. A point is offered later if the
-        scorer takes the previous point later; there is always a cycle in between.
+        scorer takes the previous point later.
     free : int
         Result of :func:`freed` for the previous path, or 0.
     room : int
         Cycle from which there is room.
+    slot : int
+        Cycles of a slot, 1 or 2.
     """
-    return max(first + 1, second, free, room + 1) | 1
+    # Odd if a slot is two cycles.
+    return max(first + 1, second, free, room + 1) | (slot - 1)
 
 
 @inlined
-def freed(launch: int, points: int) -> int:
+def freed(launch: int, points: int, slot: int) -> int:
     """Return the first cycle in which the path after one of ``points`` points may be launched."""
-    return launch + 2 * points
+    return launch + slot * points
 
 
 @dataclass(frozen=True)
@@ -142,43 +144,50 @@ class ScorerCycles:
         Cycles from the launch of a path to the record of its first segment.
     score : int
         Cycles from the record of a path's last segment to its score.
+    slot : int
+        Cycles of a slot.
     """
 
     chord: int
     score: int
+    slot: int
 
     @classmethod
     @cache
     def of(cls, config: Config) -> ScorerCycles:
         """Return the latencies of ``config``."""
-        widths = Widths.of(config)
-        return cls(_SENT + _FITTER + _measuring(widths) + _laying(widths), _pricing(widths))
+        widths, slot = Widths.of(config), config.point_cycles
+        # From ``launches`` to the slot of the path's fourth point, in which the record of its first
+        # segment leaves the fitter.
+        sent = 1 + 3 * slot + _measuring(widths, slot) + _FITTER
+        return cls(sent + _laying(widths, slot), _pricing(widths, slot), slot)
 
     def sent(self, launch: int, segment: int) -> int:
         """Return the cycle of the chord record of a segment, counted from 0."""
-        return launch + self.chord + 2 * segment
+        return launch + self.chord + self.slot * segment
 
     def scored(self, launch: int, points: int) -> int:
         """Return the cycle of the score of a path of ``points`` points."""
         return self.sent(launch, points - 2) + self.score
 
 
-def _measuring(widths: Widths) -> int:
+def _measuring(widths: Widths, slot: int) -> int:
     """Return the cycles of a segment and its turn: a root and a quotient, one bit per cycle."""
     side = widths.side
-    segment = 4 + _product(side, SCALE_FRACTION + 1) + _product(side, side) + widths.length
+    segment = 2 + slot + _product(side, SCALE_FRACTION + 1) + _product(side, side) + widths.length
     quotient = SHARPEST_BITS + TURN_FRACTION
-    turn = 7 + _product(side, side) + quotient + _product(RADIUS_BITS, widths.half_turn)
-    return _slots(segment) + _slots(turn)
+    turn = 5 + slot + _product(side, side) + quotient + _product(RADIUS_BITS, widths.half_turn)
+    return _held(segment, slot) + _held(turn, slot)
 
 
-def _laying(widths: Widths) -> int:
+def _laying(widths: Widths, slot: int) -> int:
     """Return the cycles of an arc's length and shares, then of its ends."""
-    arc = 6 + _product(RADIUS_BITS, TURN_BITS)
-    return _slots(max(widths.share + 1, arc)) + _slots(3 + _product(widths.part + 1, widths.share))
+    arc = 4 + 2 * slot + _product(RADIUS_BITS, TURN_BITS)
+    ends = 1 + slot + _product(widths.part + 1, widths.share)
+    return _held(max(widths.share + slot - 1, arc), slot) + _held(ends, slot)
 
 
-def _pricing(widths: Widths) -> int:
+def _pricing(widths: Widths, slot: int) -> int:
     """Return the cycles from the last pieces of a path to its value."""
     up = widths.part + 1 + RISE_BITS - RISE_FRACTION
     squares = max(
@@ -188,7 +197,7 @@ def _pricing(widths: Widths) -> int:
     flown = squares + 1 + widths.flown + 1 + 1
     fuel = 5 + _product(DRAG_FRACTION, widths.flown) + _product(widths.pull, FUEL_BITS)
     piece = flown + max(fuel, _product(widths.level, widths.flown)) + 1
-    return _slots(3 + piece) + 10
+    return _held(1 + slot + piece, slot) + slot + _held(6, slot)
 
 
 def _product(first: int, second: int) -> int:
@@ -197,6 +206,6 @@ def _product(first: int, second: int) -> int:
     return 1 + (multipliers - 1).bit_length()
 
 
-def _slots(cycles: int) -> int:
+def _held(cycles: int, slot: int) -> int:
     """Return the cycles until a value that takes ``cycles`` is held through a slot."""
-    return (cycles | 1) + 1
+    return (cycles | 1) + 1 if slot == 2 else cycles

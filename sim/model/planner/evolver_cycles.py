@@ -29,10 +29,10 @@ child i is begun, p(i) its number of points, and children are counted through al
 and its points are offered in cycles T(i) + 9, T(i) + 10, and so on, if nothing stalls them. At most
 16 points are in flight or being offered. Once a point has waited for 8 cycles, a later one is late:
 it is made in the cycle after the sixteenth point before it is taken, and offered 8 cycles later. A
-receiver that takes at most one point every two cycles takes it at least 32 cycles after that
-sixteenth point, when it has been on offer for 23 cycles. Therefore such a receiver, whatever its
-pauses, takes all points in the same cycles as if each were offered in the cycle that follows from
-T. It must have room for five children of which no point has arrived.
+receiver takes it at least 16 cycles after that sixteenth point, when it has been on offer for 7
+cycles. Therefore a receiver, whatever its pauses, takes all points in the same cycles as if each
+were offered in the cycle that follows from T. It must have room for five children of which no point
+has arrived.
 """
 
 from __future__ import annotations

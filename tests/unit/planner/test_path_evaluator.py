@@ -118,7 +118,9 @@ def case(config, rng, count, heading, **options):
 )
 def test_keys_margins_and_cycles(heading, rows, lanes):
     rng = np.random.default_rng(heading)
-    config = SMALL.replace(lanes=lanes, memory_latency=1 + heading % 2)
+    config = SMALL.replace(
+        lanes=lanes, memory_latency=1 + heading % 2, point_cycles=1 + heading // 2 % 2
+    )
     late, keys = 0, set()
     for gaps in (False, True):
         evaluator, paths = case(config, rng, 40, heading, gaps=gaps)
@@ -153,13 +155,15 @@ def test_back_pressure(stalled):
 
 
 @pytest.mark.ci
-def test_reset_discards_all_paths():
+@pytest.mark.parametrize("point_cycles", [1, 2])
+def test_reset_discards_all_paths(point_cycles):
     """Paths that are inside when the reset comes do not leave a trace."""
     rng = np.random.default_rng(6)
-    evaluator, paths = case(SMALL, rng, 30, 3)
+    config = SMALL.replace(point_cycles=point_cycles)
+    evaluator, paths = case(config, rng, 30, 3)
     expected = outcomes(evaluator, 64, paths)
     resets = (5, 90, 171, 172, 300)
-    check(run(shared(PathEvaluator, SMALL, SLOTS, 64), evaluator, paths, resets=resets), expected)
+    check(run(shared(PathEvaluator, config, SLOTS, 64), evaluator, paths, resets=resets), expected)
 
 
 def test_places():

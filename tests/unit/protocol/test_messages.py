@@ -32,6 +32,7 @@ CONFIGS = [
         for build in CheckerBuild
         if build is not CheckerBuild.NONE
     ),
+    Config(core="planner", point_cycles=2),
 ]
 
 

@@ -45,7 +45,7 @@ class Job:
     reset_at : int or None
         Cycle of a reset, after which the job ends.
     begins : int
-        First cycle; those in which the phase is 1 are odd.
+        First cycle; slots of two cycles end in odd ones.
     chords, scores : list of tuple
         Cycle, then ``last`` and the chord, or ``infeasible`` and ``value``.
     taken, launches : list of int
@@ -91,6 +91,11 @@ class Job:
 
 #: Cycles after the last job in which nothing may be output.
 IDLE = 170
+
+#: Chips with slots of one and of two cycles.
+SMALLS = [SMALL.replace(point_cycles=cycles) for cycles in (1, 2)]
+USUALS = [USUAL.replace(point_cycles=cycles) for cycles in (1, 2)]
+BOTH_SLOTS = pytest.mark.parametrize("config", SMALLS, ids=["one cycle", "two cycles"])
 
 
 def run(config, *jobs):
@@ -180,7 +185,9 @@ def with_ends(config, rng, problem, entry, exits):
 # Small and usual chips; the largest in Verilator.
 @pytest.mark.parametrize("ends", ENDS, ids=["free", "exit", "entry", "both"])
 @pytest.mark.parametrize(
-    ("config", "problems", "count"), [(SMALL, 5, 5), (USUAL, 1, 3)], ids=["small", "usual"]
+    ("config", "problems", "count"),
+    [*((config, 5, 5) for config in SMALLS), *((config, 1, 3) for config in USUALS)],
+    ids=["small", "small, two cycles", "usual", "usual, two cycles"],
 )
 def test_matches_the_definition(config, problems, count, ends):
     """Paths follow each other at full rate, with and without entry and exit."""
@@ -192,30 +199,32 @@ def test_matches_the_definition(config, problems, count, ends):
     for job in run(config, *jobs):
         job.check()
         job.check_cycles(config)
-        sizes = [2 * (len(each) + sum(ends)) for each in job.paths]
+        sizes = [config.point_cycles * (len(each) + sum(ends)) for each in job.paths]
         assert np.diff(job.launches).tolist() == sizes[:-1]
 
 
 @pytest.mark.ci
-def test_matches_the_definition_with_pauses():
+@BOTH_SLOTS
+def test_matches_the_definition_with_pauses(config):
     """Points and room come with pauses."""
     rng = np.random.default_rng(4)
     jobs = []
     for _ in range(3):
         pauses = rng.choice([0, 0, 1, 2, 15], 500).tolist()
-        jobs.append(drawn_job(SMALL, rng, 5, pauses=pauses))
+        jobs.append(drawn_job(config, rng, 5, pauses=pauses))
         room = np.repeat(rng.integers(2, size=200), rng.integers(1, 60, size=200)).tolist()
-        jobs.append(drawn_job(SMALL, rng, 5, room=room))
+        jobs.append(drawn_job(config, rng, 5, room=room))
         room = rng.integers(2, size=500).tolist()
-        jobs.append(drawn_job(SMALL, rng, 5, pauses=pauses, room=room))
-    for job in run(SMALL, *jobs):
+        jobs.append(drawn_job(config, rng, 5, pauses=pauses, room=room))
+    for job in run(config, *jobs):
         job.check()
     for job in jobs[1::3]:
-        job.check_cycles(SMALL)
+        job.check_cycles(config)
 
 
 @pytest.mark.ci
-def test_shortest_and_longest_paths():
+@BOTH_SLOTS
+def test_shortest_and_longest_paths(config):
     """Paths of only start and goal alternate with paths of the maximum number of points."""
     rng = np.random.default_rng(11)
     jobs = []
@@ -224,15 +233,16 @@ def test_shortest_and_longest_paths():
         paths = [path(SMALL, rng, waypoints=count) for count in (0, 0, 5, 0, 1, 5, 5, 0)]
         jobs.append(Job(problem, paths))
         jobs.append(Job(problem, paths, pauses=(0, 3, 0, 1, 0)))
-    for job in run(SMALL, *jobs):
+    for job in run(config, *jobs):
         job.check()
         if job.pauses == (0,):
-            job.check_cycles(SMALL)
+            job.check_cycles(config)
 
 
+@pytest.mark.parametrize("point_cycles", [1, 2])
 @pytest.mark.parametrize("altitude_bits", [6, 9, 12, 16])
 @pytest.mark.parametrize("map_size", [16, 128, 512, 4096])
-def test_latencies(map_size, altitude_bits):
+def test_latencies(map_size, altitude_bits, point_cycles):
     """Model and gateware agree in all sizes."""
     for waypoints in (4, 64):
         config = USUAL.replace(
@@ -240,29 +250,38 @@ def test_latencies(map_size, altitude_bits):
             coarse_factor=4,
             altitude_bits=altitude_bits,
             max_waypoints=waypoints,
+            point_cycles=point_cycles,
         )
         scorer = Scorer(config)
         Fragment.get(scorer, None)
-        latencies = scorer.chord_latency, scorer.score_latency
+        latencies = scorer.chord_latency, scorer.score_latency, point_cycles
         assert latencies == dataclasses.astuple(ScorerCycles.of(config))
 
 
-def test_cycles():
+@pytest.mark.parametrize(
+    ("config", "chord", "score", "scored"),
+    [(USUALS[0], 73, 50, 121), (USUALS[1], 87, 56, 139)],
+    ids=["one cycle", "two cycles"],
+)
+def test_cycles(config, chord, score, scored):
     """The numbers in the docstring hold for a lone path in the default sizes."""
     rng = np.random.default_rng(5)
-    problem = with_ends(USUAL, rng, record(USUAL, rng), 1, 1)
-    (job,) = run(USUAL, Job(problem, [path(USUAL, rng, waypoints=4)]))
+    problem = with_ends(config, rng, record(config, rng), 1, 1)
+    (job,) = run(config, Job(problem, [path(config, rng, waypoints=4)]))
     job.check()
     (start,) = job.launches
-    assert [cycle - start for cycle, *_ in job.chords] == [87 + 2 * segment for segment in range(7)]
-    assert job.scores[0][0] - start == 87 + 2 * 6 + 56 == 2 * 8 + 139
+    slot = config.point_cycles
+    sent = [chord + slot * segment for segment in range(7)]
+    assert [cycle - start for cycle, *_ in job.chords] == sent
+    assert job.scores[0][0] - start == sent[-1] + score == slot * 8 + scored
     # The first two points together, then one in every slot, after the entry point.
-    assert [cycle - start for cycle in job.taken] == [-1, *range(2, 11, 2)]
+    assert [cycle - start for cycle in job.taken] == [-1, *range(slot, 5 * slot + 1, slot)]
 
 
 @pytest.mark.ci
+@BOTH_SLOTS
 @pytest.mark.parametrize("ends", ENDS, ids=["free", "exit", "entry", "both"])
-def test_a_path_begins(ends):
+def test_a_path_begins(ends, config):
     """It begins in the cycle given by the model, whenever points arrive and room is available."""
     rng = np.random.default_rng(7)
     problem = with_ends(SMALL, rng, record(SMALL, rng, radius=100), *ends)
@@ -272,17 +291,18 @@ def test_a_path_begins(ends):
         room = [0] * int(rng.choice([0, 1, 2, 3, 8, 9])) + OPEN
         paths = [path(SMALL, rng, waypoints=2)]
         jobs.append(Job(problem, paths, pauses, room))
-    for job in run(SMALL, *jobs):
+    for job in run(config, *jobs):
         job.check()
-        job.check_cycles(SMALL)
+        job.check_cycles(config)
         first = job.begins + job.pauses[0]
         second = first + 1 + job.pauses[1]
         room = job.begins + job.room.index(1)
-        assert job.launches == [launched(first, second, 0, room)]
+        assert job.launches == [launched(first, second, 0, room, config.point_cycles)]
 
 
 @pytest.mark.ci
-def test_the_next_path_begins():
+@BOTH_SLOTS
+def test_the_next_path_begins(config):
     """A path begins right after the previous one, or later if points or room are late."""
     rng = np.random.default_rng(12)
     problem = with_ends(SMALL, rng, record(SMALL, rng, radius=100), 1, 1)
@@ -291,31 +311,34 @@ def test_the_next_path_begins():
         paths = [path(SMALL, rng, waypoints=2), path(SMALL, rng, waypoints=1)]
         room = [1, 1, 1] + [0] * closed + OPEN
         jobs.append(Job(problem, paths, (0, 0, 0, 0, late, 0, 0, 0), room))
-    for job in run(SMALL, *jobs):
+    slot = config.point_cycles
+    for job in run(config, *jobs):
         job.check()
-        job.check_cycles(SMALL)
+        job.check_cycles(config)
         goal = job.taken[3]
         first = goal + 1 + job.pauses[4]
         room = job.begins + len(job.room) - len(OPEN)
-        start = launched(job.begins, job.begins + 1, 0, job.begins)
-        free = freed(start, 6)
-        assert job.launches == [start, launched(first, first + 1, free, room)]
+        start = launched(job.begins, job.begins + 1, 0, job.begins, slot)
+        free = freed(start, 6, slot)
+        assert job.launches == [start, launched(first, first + 1, free, room, slot)]
 
 
-def test_reset_discards_all_paths():
+@BOTH_SLOTS
+def test_reset_discards_all_paths(config):
     """Paths that are inside during a reset do not leave a trace."""
     rng = np.random.default_rng(8)
     problem = with_ends(SMALL, rng, record(SMALL, rng, radius=100), 1, 1)
     jobs = [
-        drawn_job(SMALL, rng, 8 if i % 2 == 0 else 2, problem=problem, reset_at=reset_at)
+        drawn_job(config, rng, 8 if i % 2 == 0 else 2, problem=problem, reset_at=reset_at)
         for i, reset_at in enumerate((61, None, 140, None))
     ]
-    for job in run(SMALL, *jobs)[1::2]:
+    for job in run(config, *jobs)[1::2]:
         job.check()
-        job.check_cycles(SMALL)
+        job.check_cycles(config)
 
 
-def test_greatest_costs():
+@BOTH_SLOTS
+def test_greatest_costs(config):
     """Values are clamped at 0 and at their maximum."""
     rng = np.random.default_rng(9)
     straight = [(x, x, 100) for x in (0, 10, 20, 30)]
@@ -329,11 +352,12 @@ def test_greatest_costs():
             kind = min(max(cost, -1) >> VALUE_BITS, 1)
             jobs[kind] = Job(problem, [straight])
     assert jobs.keys() == {-1, 0, 1}
-    for job in run(SMALL, *jobs.values()):
+    for job in run(config, *jobs.values()):
         job.check()
 
 
-def test_steep_arcs_count_beside_steep_segments():
+@BOTH_SLOTS
+def test_steep_arcs_count_beside_steep_segments(config):
     """The arc of a right angle between climbs at the limit is steeper than they are."""
     rng = np.random.default_rng(10)
     far = 10 << POSITION_FRACTION
@@ -345,6 +369,6 @@ def test_steep_arcs_count_beside_steep_segments():
         Job(record(SMALL, rng, **ends, **fields, goal_altitude=altitude), [points])
         for altitude in (1920, 1921)
     ]
-    for job in run(SMALL, *jobs):
+    for job in run(config, *jobs):
         job.check()
     assert [job.scores[0][2] for job in jobs] == [804, 804 + 64 + 4]

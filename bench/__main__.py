@@ -31,6 +31,7 @@ NAMES = {
     "untuned": "the default planner, astar and peers on 200 generated problems; only if named",
     "complete": "planted problems, solvable by construction: how many are solved; only if named",
     "chip-ablation": "choices of the planner core, one changed at a time",
+    "chip-cycles": "cycles of a generation of the planner core by unit, by cycles of a point",
     "chip-replans": "replans on the chip compared with astar: a disc appears ahead in flight",
     "replan": "1,000 flights in which zones appear; hours, so only if named",
     "onboard": "plans whose collisions the board counts, compared with the host's",

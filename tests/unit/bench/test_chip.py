@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from bench import campaign, chip, chip_ablation, chip_replans, chip_runs
+from bench import campaign, chip, chip_ablation, chip_cycles, chip_replans, chip_runs
 from bench.chip_runs import Outcome, share, through_terrains
 from bench.report import Options
 from pathgene.hdl.protocol.runs import RunOptions
@@ -15,7 +15,7 @@ from tests.support.host.pool import Pool
 @pytest.fixture
 def canyon_alone(monkeypatch):
     """Benchmarks of one map, with their runs in this process."""
-    for module in (chip, chip_ablation):
+    for module in (chip, chip_ablation, chip_cycles):
         monkeypatch.setattr(module, "terrains", lambda: ["canyon"])
         monkeypatch.setattr(
             module, "run_all", lambda tasks, _=None: [chip_runs._run(task) for task in tasks]
@@ -79,7 +79,21 @@ def test_the_chip_is_beside_the_other_planners(monkeypatch):
     assert row[-1] > 1000
     assert [row[0] for row in race.rows] == ["canyon", "mean"]
     assert race.rows[0][1:] == race.rows[1][1:]
-    assert shares.rows == [("20 of 20", "20 of 20 (100.0 %)")]
+    assert shares.rows == [("19 of 20", "19 of 20 (95.0 %)")]
+
+
+@pytest.mark.usefixtures("canyon_alone")
+def test_a_point_every_cycle_makes_generations_shorter(monkeypatch):
+    """The generations themselves are the same."""
+    monkeypatch.setattr(chip_cycles, "_COUNTED_MS", 4)
+    monkeypatch.setattr(chip_cycles, "_GENERATIONS", 50)
+    report = chip_cycles.run(Options(seeds=1))
+    assert [row[:2] for row in report.rows] == [(24, 2), (24, 1), (18, 2), (18, 1)]
+    for two, one in (report.rows[:2], report.rows[2:]):
+        assert one[2] < 0.8 * two[2]
+        score = report.columns.index("score")
+        assert one[score] < one[2]
+        assert one[8] == two[8]
 
 
 @pytest.mark.usefixtures("canyon_alone")

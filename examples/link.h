@@ -228,7 +228,7 @@ static struct chip ask_chip(struct link *link)
 {
     size_t size;
     const uint8_t *reply = request(link, INFO, NULL, 0, &size);
-    if (size < 1 || reply[0] != VERSION || size != 35)
+    if (size < 1 || reply[0] != VERSION || size != 36)
         fail("the board speaks another version of the protocol");
     struct chip chip = {
         .session = reply[5],

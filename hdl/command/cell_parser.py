@@ -4,9 +4,10 @@ from math import gcd
 
 from amaranth import *
 from amaranth.lib import stream
-from amaranth.lib.wiring import In, Out
+from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.command.layouts import payload_members
+from pathgene.hdl.command.rectangle_writer import RectangleWriter
 from pathgene.hdl.layouts import cell_layout
 from pathgene.hdl.primitives.unit import Given, Unit, Width
 from pathgene.hdl.protocol.codes import Status
@@ -21,10 +22,8 @@ class CellParser(Unit):
     The parser takes ``gcd(8, altitude_bits)`` bits in a cycle, and one more cycle for each cell: 4
     cycles for a cell of 12 bits, 15 times as fast as the line with its shortest divisor. It is done
     when the checker accepts writes again after the last cell; from then on, the map is as
-    commanded.
-
-    A cell is held until the next cell is complete, so that the last cell is marked even in a
-    request that is too short. A request that is too short or too long is refused.
+    commanded. A request that is too short or too long is refused; whole cells of a short one are
+    written.
 
     Members
     -------
@@ -33,8 +32,7 @@ class CellParser(Unit):
     rectangle : In(rectangle_layout)
         South-western cell and size; it lies on the map.
     writes : Out(stream of x, y, altitude, last)
-        Cells for the checker; registers. After the ``last`` cell, not ready until the checker has
-        applied the rectangle.
+        See :class:`pathgene.hdl.command.rectangle_writer.RectangleWriter`.
     """
 
     coordinate_bits: Width(1)
@@ -44,17 +42,21 @@ class CellParser(Unit):
     )
 
     def interface(self):
-        self.cell_layout = cell_layout(self.coordinate_bits, self.altitude_bits)
+        cells = cell_layout(self.coordinate_bits, self.altitude_bits)
         return {
             **payload_members(),
             "rectangle": In(self.rectangle_layout),
-            "writes": Out(stream.Signature(self.cell_layout)),
+            "writes": Out(stream.Signature(cells)),
         }
 
     def elaborate(self, platform):
         m = Module()
-        coordinate_bits, altitude_bits = self.coordinate_bits, self.altitude_bits
+        altitude_bits = self.altitude_bits
         step = gcd(8, altitude_bits)
+        m.submodules.writer = writer = RectangleWriter(
+            self.coordinate_bits, altitude_bits, self.rectangle_layout
+        )
+        connect(m, writer.writes, flipped(self.writes))
 
         # A byte, and the cell being filled from it.
         byte = Signal(8)
@@ -62,38 +64,19 @@ class CellParser(Unit):
         cell = Signal(altitude_bits)
         steps = altitude_bits // step
         missing = Signal(range(steps + 1), init=steps)
-        # Position of the next cell in the rectangle.
-        column = Signal(coordinate_bits)
-        row = Signal(coordinate_bits)
-        complete = Signal()  # The last cell of the rectangle is held.
-        held = Signal()
-        altitude = Signal(altitude_bits)
-        x = Signal(coordinate_bits)
-        y = Signal(coordinate_bits)
-
-        last_column = Signal.like(column)
-        last_row = Signal.like(row)
         full = Signal()
         move = Signal()
-        exhausted = Signal()
-        due = Signal()  # The cell may be sent in the next cycle.
-        leaves = Signal()
-        load = Signal()
-        offered = Signal()  # Or discarded if the command is repeated.
-        settling = Signal()
         m.d.comb += [
-            last_column.eq(self.rectangle.width - 1),
-            last_row.eq(self.rectangle.height - 1),
             full.eq(missing == 0),
-            move.eq((left != 0) & ~full & ~complete),
-            exhausted.eq(self.ended & (left == 0) & ~full),
-            due.eq(held & (full | (move & (missing == 1)) | complete | exhausted) & ~settling),
-            self.writes.p.x.eq(x),
-            self.writes.p.y.eq(y),
-            self.writes.p.altitude.eq(altitude),
-            leaves.eq(offered & (self.repeated | self.writes.ready)),
-            load.eq(full & (~held | leaves)),
-            self.bytes.ready.eq(~complete & ((left == 0) | ((left == 1) & move))),
+            move.eq((left != 0) & ~full & ~writer.complete),
+            self.bytes.ready.eq(~writer.complete & ((left == 0) | ((left == 1) & move))),
+            writer.on.eq(self.on),
+            writer.repeated.eq(self.repeated),
+            writer.rectangle.eq(self.rectangle),
+            writer.altitudes.valid.eq(full),
+            writer.altitudes.p.eq(cell),
+            writer.coming.eq(move & (missing == 1)),
+            writer.exhausted.eq(self.ended & (left == 0) & ~full),
         ]
 
         with m.If(move):
@@ -105,49 +88,16 @@ class CellParser(Unit):
             ]
         with m.If(self.bytes.valid & self.bytes.ready):
             m.d.sync += [byte.eq(self.bytes.payload), left.eq(8 // step)]
-        with m.If(due & ~offered):
-            m.d.sync += [
-                offered.eq(1),
-                self.writes.valid.eq(~self.repeated),
-                self.writes.p.last.eq(complete | exhausted),
-            ]
-        with m.If(leaves):
-            m.d.sync += [offered.eq(0), self.writes.valid.eq(0)]
-        with m.If(load):
-            m.d.sync += [
-                missing.eq(steps),
-                altitude.eq(cell),
-                x.eq(self.rectangle.x + column),
-                y.eq(self.rectangle.y + row),
-                held.eq(1),
-                column.eq(column + 1),
-            ]
-            with m.If(column == last_column):
-                m.d.sync += [column.eq(0), row.eq(row + 1)]
-                with m.If(row == last_row):
-                    m.d.sync += complete.eq(1)
-        with m.Elif(leaves):
-            m.d.sync += [held.eq(0), settling.eq(1)]
-        with m.If(exhausted & ~held):
-            m.d.sync += settling.eq(1)
+        with m.If(full & writer.altitudes.ready):
+            m.d.sync += missing.eq(steps)
         with m.If(~self.on):
-            m.d.sync += [
-                left.eq(0),
-                missing.eq(steps),
-                column.eq(0),
-                row.eq(0),
-                complete.eq(0),
-                held.eq(0),
-                offered.eq(0),
-                self.writes.valid.eq(0),
-                settling.eq(0),
-            ]
+            m.d.sync += [left.eq(0), missing.eq(steps)]
 
         # A byte is surplus if none of its bits belong to the rectangle.
         surplus = ~self.ended | (left == 8 // step)
         m.d.comb += [
-            self.done.eq(self.on & settling & (self.repeated | self.writes.ready)),
-            self.status.eq(Mux(complete & ~surplus, Status.OK, Status.BAD_LENGTH)),
+            self.done.eq(writer.done),
+            self.status.eq(Mux(writer.complete & ~surplus, Status.OK, Status.BAD_LENGTH)),
         ]
 
         return m

@@ -1,4 +1,4 @@
-"""Decoders of a request: its header, compared with the expected one, and its fixed fields."""
+"""Decoder of a request's fixed fields."""
 
 from amaranth import *
 from amaranth.lib import data
@@ -12,8 +12,10 @@ from pathgene.hdl.primitives.unit import Count, Given, PowerOfTwo, Unit, Width
 from pathgene.hdl.protocol.codes import CheckFlag, Command, LinkMode, Status
 from pathgene.hdl.protocol.layout import Layout
 from pathgene.hdl.protocol.messages import (
+    CODED_COLUMNS,
     check_paths_request,
     check_request,
+    coded_map_request,
     map_request,
     read_request,
     results_request,
@@ -30,55 +32,17 @@ from pathgene.hdl.protocol.planner import (
 from pathgene.hdl.protocol.runs import ISLANDS, LIFTS, RETURNED, guide_request, run_request
 
 
-__all__ = ["FieldDecoder", "HeaderComparator", "payload_commands", "request_fields"]
-
-
-class HeaderComparator(Unit):
-    """Compares a header with the expected one by the rules of :mod:`pathgene.hdl.protocol`.
-
-    Every output is a register and follows its inputs 1 cycle later: one byte is compared while the
-    next byte arrives.
-
-    Members
-    -------
-    session, sequence : In(8)
-        First two bytes of the request.
-    open_session, expected : In(8)
-        Open session, and sequence number of the next command.
-    same_session, next_session : Out(1)
-        The session is the open one, or the one after it.
-    present, previous, future : Out(1)
-        The number is the expected one, the one before it, or one of the 128 after it.
-    """
-
-    session: In(8)
-    sequence: In(8)
-    open_session: In(8)
-    expected: In(8)
-    same_session: Out(1)
-    next_session: Out(1)
-    present: Out(1)
-    previous: Out(1)
-    future: Out(1)
-
-    def elaborate(self, platform):
-        m = Module()
-
-        ahead = Signal(8)
-        m.d.comb += ahead.eq(self.sequence - self.expected)
-        m.d.sync += [
-            self.same_session.eq(self.session == self.open_session),
-            self.next_session.eq(self.session == (self.open_session + 1)[:8]),
-            self.present.eq(ahead == 0),
-            self.previous.eq(ahead == 255),
-            self.future.eq((ahead != 0) & (ahead < 129)),
-        ]
-
-        return m
+__all__ = ["FieldDecoder", "payload_commands", "request_fields"]
 
 
 #: Commands with a payload after the fixed fields; all other commands end with the fixed fields.
-FOLLOWED = (Command.WRITE, Command.GENERATE, Command.MAP, Command.CHECK)
+FOLLOWED = (
+    Command.WRITE,
+    Command.GENERATE,
+    Command.MAP,
+    Command.CHECK,
+    Command.CODED_MAP,
+)
 #: Commands that are refused during a run, except for a repeated RUN.
 _WAITING = (
     Command.MAP,
@@ -87,6 +51,7 @@ _WAITING = (
     Command.BEST,
     Command.BLOCK,
     Command.GUIDE,
+    Command.CODED_MAP,
 )
 #: Maximum share of time with two islands in a RUN, in sixteenths.
 _MOST_SHARE = 16
@@ -124,6 +89,7 @@ def request_fields(config: Config) -> dict[Command, Layout]:
             Command.BEST: Layout(()),
             Command.BLOCK: no_fly_request(config),
             Command.GUIDE: guide_request(config),
+            Command.CODED_MAP: coded_map_request(config),
         }
     return fields
 
@@ -180,11 +146,12 @@ class FieldDecoder(Unit):
     run : Out(struct of run_request)
     shape : Out(struct of no_fly_request)
     guide : Out(struct of guide_request)
-        Fields of a PROBLEM, a RUN, a BLOCK and a GUIDE.
+    coded : Out(struct of coded_map_request)
+        Fields of a PROBLEM, a RUN, a BLOCK, a GUIDE and a CODED_MAP.
     repeated : In(1)
         The command has been executed before: the next three members do not affect a RUN.
     running : In(1)
-        A run is in progress; MAP, PROBLEM, RUN, BEST, BLOCK and GUIDE must wait for its end.
+        A run is in progress; most commands of the planner core must wait for its end.
     has_problem, has_population : In(1)
         There is a problem; there is a population for a warm run.
     """
@@ -230,6 +197,7 @@ class FieldDecoder(Unit):
                 "run": Out(struct(self.fields[Command.RUN])),
                 "shape": Out(struct(self.fields[Command.BLOCK])),
                 "guide": Out(struct(self.fields[Command.GUIDE])),
+                "coded": Out(struct(self.fields[Command.CODED_MAP])),
                 "repeated": In(1),
                 "running": In(1),
                 "has_problem": In(1),
@@ -273,6 +241,7 @@ class FieldDecoder(Unit):
                 self.run.eq(self._of(Command.RUN)),
                 self.shape.eq(self._of(Command.BLOCK)),
                 self.guide.eq(self._of(Command.GUIDE)),
+                self.coded.eq(self._of(Command.CODED_MAP)),
             ]
 
         judges = {
@@ -290,6 +259,7 @@ class FieldDecoder(Unit):
             Command.BEST: self._judge_best,
             Command.BLOCK: self._judge_block,
             Command.GUIDE: lambda m: self.guide.index >= self.max_waypoints,
+            Command.CODED_MAP: self._judge_coded_map,
         }
         # The fields are checked for every command; the code selects the verdict in the next cycle.
         wrong = {command: Signal(name=f"{command.name.lower()}_wrong") for command in judges}
@@ -376,8 +346,18 @@ class FieldDecoder(Unit):
                 m.d.comb += wrong.eq(1)
         return wrong
 
+    def _judge_coded_map(self, m):
+        return (
+            self._is_off_map(self.coded)
+            | (self.coded.width > CODED_COLUMNS)
+            | (self.coded.remainder_bits >= self.altitude_bits)
+        )
+
     def _judge_map(self, m):
-        rectangle, edge = self.rectangle, self.map_size
+        return self._is_off_map(self.rectangle)
+
+    def _is_off_map(self, rectangle):
+        edge = self.map_size
         return (
             (rectangle.width == 0)
             | (rectangle.height == 0)

@@ -8,13 +8,14 @@ from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.command.cell_parser import CellParser
+from pathgene.hdl.command.coded_cell_parser import CodedCellParser
 from pathgene.hdl.command.ranking_parser import RankingParser
 from pathgene.hdl.command.waypoint_parsers import PathParser, PointParser
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.layouts import cell_layout, point_layout, ranking_layout, struct, write_layout
 from pathgene.hdl.primitives.unit import InstanceOf, Unit
 from pathgene.hdl.protocol.codes import Command
-from pathgene.hdl.protocol.messages import map_request
+from pathgene.hdl.protocol.messages import coded_map_request, map_request
 
 
 __all__ = ["PayloadDispatcher"]
@@ -49,8 +50,11 @@ class PayloadDispatcher(Unit):
 
     rectangle : In(struct of map_request)
         Fields of a MAP.
+    coded : In(struct of coded_map_request)
+        Only with the planner core: fields of a CODED_MAP.
     cells : Out(stream)
-        ``writes`` of :class:`pathgene.hdl.command.cell_parser.CellParser`.
+        ``writes`` of :class:`pathgene.hdl.command.cell_parser.CellParser` or
+        :class:`pathgene.hdl.command.coded_cell_parser.CodedCellParser`.
     points : Out(stream)
         Only without the planner core: ``points`` of
         :class:`pathgene.hdl.command.waypoint_parsers.PointParser`.
@@ -85,6 +89,8 @@ class PayloadDispatcher(Unit):
                 "rectangle": In(struct(map_request(config))),
                 "cells": Out(stream.Signature(cells)),
             }
+        if config.planner_core:
+            members["coded"] = In(struct(coded_map_request(config)))
         if config.checks_paths:
             points = point_layout(config.coordinate_bits, config.altitude_bits)
             members["points"] = Out(stream.Signature(points))
@@ -141,7 +147,22 @@ class PayloadDispatcher(Unit):
                 config.coordinate_bits, config.altitude_bits, self.rectangle.shape()
             )
             parsers[Command.MAP] = cell_parser
-            connect(m, cell_parser.writes, flipped(self.cells))
+            if config.planner_core:
+                m.submodules.coded_parser = coded_parser = CodedCellParser(
+                    config.coordinate_bits, config.altitude_bits, self.coded.shape()
+                )
+                parsers[Command.CODED_MAP] = coded_parser
+                m.d.comb += [
+                    coded_parser.rectangle.eq(self.coded),
+                    cell_parser.writes.ready.eq(self.cells.ready),
+                    coded_parser.writes.ready.eq(self.cells.ready),
+                    self.cells.valid.eq(cell_parser.writes.valid | coded_parser.writes.valid),
+                    self.cells.p.eq(
+                        Mux(cell_parser.writes.valid, cell_parser.writes.p, coded_parser.writes.p)
+                    ),
+                ]
+            else:
+                connect(m, cell_parser.writes, flipped(self.cells))
             if config.checks_paths:
                 m.submodules.point_parser = point_parser = PointParser(
                     config.coordinate_bits, config.altitude_bits, config.max_waypoints

@@ -6,10 +6,10 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from pathgene.hdl.command.field_decoder import (
     FieldDecoder,
-    HeaderComparator,
     payload_commands,
     request_fields,
 )
+from pathgene.hdl.command.header_comparator import HeaderComparator
 from pathgene.hdl.command.layouts import AnswerKind, Request, answer_layout
 from pathgene.hdl.command.payload_dispatcher import PayloadDispatcher
 from pathgene.hdl.config import CheckerBuild, Config
@@ -327,6 +327,7 @@ class CommandReceiver(Unit):
                 self.runs.p.eq(fields.run),
                 self.shapes.p.eq(fields.shape),
                 self.guides.p.eq(fields.guide),
+                payload.coded.eq(fields.coded),
                 fields.repeated.eq(request.repeated),
                 fields.running.eq(self.running),
                 fields.has_problem.eq(self.has_problem),

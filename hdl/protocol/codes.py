@@ -74,6 +74,10 @@ class Command(enum.IntEnum):
     #: A waypoint of the guide, a path of the host along which a run may begin:
     #: :func:`pathgene.hdl.protocol.runs.guide_request`. The guide stays until it is written again.
     GUIDE = 19
+    #: A rectangle of the map like MAP, in fewer bytes:
+    #: :func:`pathgene.hdl.protocol.messages.coded_map_request`, then its coded cells. Unknown to a
+    #: chip without the planner core, too.
+    CODED_MAP = 20
 
 
 class Status(enum.IntEnum):
@@ -92,8 +96,8 @@ class Status(enum.IntEnum):
     BAD_LENGTH = 5
     #: A value is outside its range: slot, number of paths, waypoint count, order not a permutation.
     BAD_VALUE = 6
-    #: A run is in progress: PROBLEM, RUN, MAP, BLOCK, GUIDE and BEST must wait for its end; STOP
-    #: ends it.
+    #: A run is in progress: PROBLEM, RUN, MAP, CODED_MAP, BLOCK, GUIDE and BEST must wait for its
+    #: end; STOP ends it.
     BUSY = 7
 
 

@@ -12,9 +12,12 @@ from pathgene.hdl.protocol.random_words import SEED_BITS
 
 
 __all__ = [
+    "CODED_COLUMNS",
+    "ESCAPE_ONES",
     "check_paths_request",
     "check_reply",
     "check_request",
+    "coded_map_request",
     "config_from_info",
     "counters_reply",
     "entry_record",
@@ -39,6 +42,11 @@ _CHECKERS = (CheckerBuild.NONE, CheckerBuild.TWO_TIER, CheckerBuild.PARALLEL)
 #: Genetic cores in the order of their numbers in :func:`info_reply`.
 _CORES = (GeneticCore.NONE, GeneticCore.PAPER, GeneticCore.PLANNER)
 
+
+#: Maximum columns of a rectangle with coded cells.
+CODED_COLUMNS = 64
+#: Number of ones that precede the altitude of a cell whose error is not coded.
+ESCAPE_ONES = 15
 
 _SLOTS = "0 … population − 1"
 #: Meanings of the cycles of a run, by unit.
@@ -128,6 +136,30 @@ def map_request(config: Config) -> Layout:
             Field("y", 16, "0 … map_size − 1", "Southernmost row"),
             Field("width", 16, "1 … map_size − x", "Columns"),
             Field("height", 16, "1 … map_size − y", "Rows"),
+        )
+    )
+
+
+@functools.lru_cache
+def coded_map_request(config: Config) -> Layout:
+    """Return a rectangle of at most 64 columns, and the bits of a remainder; coded cells follow.
+
+    The cells follow by rows, the lowest bit of a byte first. The *rise* of a cell is its altitude
+    less the altitude of the cell to the west, or in the first column the cell to the south; the
+    first cell of all counts from 0. The rise is predicted to be the rise of the cell to the south,
+    and 0 in the first row and the first column. All numbers are modulo ``2**altitude_bits``. The
+    error e of the prediction, as a signed number, becomes ``2 e`` if it is 0 or more, and
+    ``-2 e - 1`` otherwise: as many ones as its quotient by ``2**remainder_bits``, a zero, and the
+    remainder in ``remainder_bits`` bits, the lowest first. Instead of a quotient of 15 or more, 15
+    ones and the altitude follow.
+    """
+    return Layout(
+        (
+            Field("x", 16, "0 … map_size − 1", "Westernmost column"),
+            Field("y", 16, "0 … map_size − 1", "Southernmost row"),
+            Field("width", 16, "1 … 64, up to map_size − x", "Columns"),
+            Field("height", 16, "1 … map_size − y", "Rows"),
+            Field("remainder_bits", 8, "0 … altitude_bits − 1", "Bits of a remainder"),
         )
     )
 

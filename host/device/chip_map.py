@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
@@ -10,14 +11,28 @@ from numpy.typing import NDArray
 from pathgene.hdl.config import Config
 from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, CRC_BYTES
 from pathgene.hdl.protocol.codes import Command
-from pathgene.hdl.protocol.messages import map_request
+from pathgene.hdl.protocol.messages import (
+    CODED_COLUMNS,
+    ESCAPE_ONES,
+    coded_map_request,
+    map_request,
+)
 from pathgene.hdl.protocol.planner import NoFlyShape
 from pathgene.host.device.orders import Orders
 
 
-__all__ = ["MapCopy", "changed_parts", "drawn_corners", "map_frames", "padded_map"]
+__all__ = [
+    "MapCopy",
+    "changed_parts",
+    "coded_frames",
+    "drawn_corners",
+    "map_frames",
+    "padded_map",
+]
 
 
+#: Minimum cells that are sent as coded cells to a chip with the planner core.
+_CODED_CELLS = 2_000
 #: Maximum cells of the map in one frame.
 _FRAME_CELLS = 256
 #: Minimum frames of the map that the chip's buffer holds, so that the line never waits for replies.
@@ -90,6 +105,49 @@ def map_frames(
             yield header + _packed(config, cells), (slice(bottom, above), slice(left, right))
 
 
+def coded_frames(
+    config: Config, heights: NDArray[np.integer], x: int, y: int
+) -> Iterator[tuple[bytes, tuple[slice, slice]]]:
+    """Yield the payload of each CODED_MAP frame of a rectangle, with the cells it writes.
+
+    Parameters
+    ----------
+    heights, x, y
+        As for :func:`map_frames`; the rectangle lies on the map.
+    """
+    # Loads numba, which compiles the kernels.
+    from pathgene.host.problem.compiled.coding import code, count_bits, rows_that_fit
+
+    layout, altitude_bits = coded_map_request(config), config.altitude_bits
+    room = 8 * (_room(config) - layout.size)
+    # A row fits, even if all of its cells are escapes.
+    across = min(CODED_COLUMNS, room // (ESCAPE_ONES + altitude_bits))
+    rows, columns = heights.shape
+    for west in range(0, columns, across):
+        cells = np.ascontiguousarray(heights[:, west : west + across], dtype=np.int32)
+        least = min(range(altitude_bits), key=lambda k: count_bits(cells, altitude_bits, k))
+        south = 0
+        while south < rows:
+            count, _ = rows_that_fit(cells[south:], altitude_bits, least, room)
+            coded = np.zeros(room // 8 + 1, dtype=np.uint8)
+            size = code(cells[south : south + count], altitude_bits, least, coded)
+            header = layout.pack(
+                x=x + west,
+                y=y + south,
+                width=cells.shape[1],
+                height=count,
+                remainder_bits=least,
+            )
+            yield (
+                header + coded[:size].tobytes(),
+                (
+                    slice(y + south, y + south + count),
+                    slice(x + west, x + west + cells.shape[1]),
+                ),
+            )
+            south += count
+
+
 def changed_parts(
     config: Config, before: NDArray[np.int32], after: NDArray[np.integer]
 ) -> Iterator[tuple[slice, slice]]:
@@ -120,11 +178,15 @@ def changed_parts(
 
 def _tile(config: Config) -> tuple[int, int]:
     """Return the width and height of the largest part of a coarse block that fits into a frame."""
-    room = config.receive_buffer // _FRAMES_IN_FLIGHT - BODY_HEADER_BYTES - CRC_BYTES
-    cells = (room - map_request(config).size) * 8 // config.altitude_bits
+    cells = (_room(config) - map_request(config).size) * 8 // config.altitude_bits
     cells = 1 << min(cells, _FRAME_CELLS).bit_length() - 1
     width = min(config.coarse_factor, cells)
     return width, cells // width
+
+
+def _room(config: Config) -> int:
+    """Return the bytes of the payload of a frame."""
+    return config.receive_buffer // _FRAMES_IN_FLIGHT - BODY_HEADER_BYTES - CRC_BYTES
 
 
 def _packed(config: Config, cells: NDArray[np.integer]) -> bytes:
@@ -137,8 +199,8 @@ def _packed(config: Config, cells: NDArray[np.integer]) -> bytes:
 _UNKNOWN = -1
 #: Number of map frames between two reports of progress.
 _FRAMES_PER_REPORT = 64
-#: Payload of a frame, with the rows and columns that it writes.
-Frame = tuple[bytes, tuple[slice, slice]]
+#: Command and payload of a frame, with the rows and columns that it writes.
+Frame = tuple[int, bytes, tuple[slice, slice]]
 
 
 def drawn_corners(shape: NoFlyShape) -> NDArray[np.bool_]:
@@ -171,7 +233,20 @@ class MapCopy:
     ) -> None:
         """Write a rectangle: see :meth:`pathgene.host.device.chip.Chip.upload_map`."""
         heights = np.asarray(heights)
-        self._send(list(map_frames(self._config, heights, x, y)), heights, x, y, progress)
+        self._send(list(self._frames(heights, x, y)), heights, x, y, progress)
+
+    def _frames(self, heights: NDArray[np.integer], x: int, y: int) -> Iterator[Frame]:
+        """Yield the frames of a rectangle."""
+        is_coded = self._config.planner_core and heights.size >= _CODED_CELLS
+        # It refuses wrong heights, even if coded frames follow.
+        frames = map_frames(self._config, heights, x, y)
+        first = next(frames)
+        if is_coded:
+            for payload, cells in coded_frames(self._config, heights, x, y):
+                yield Command.CODED_MAP, payload, cells
+            return
+        for payload, cells in itertools.chain([first], frames):
+            yield Command.MAP, payload, cells
 
     def block(self, shape: NoFlyShape) -> None:
         """Have the chip draw a shape: see :meth:`pathgene.host.device.runs.Runs.block`."""
@@ -190,12 +265,13 @@ class MapCopy:
         progress: Callable[[int, int], object] | None,
     ) -> None:
         """Send frames of ``heights``, whose first cell is at ``x``, ``y``."""
-        written = [(at, heights[_moved(at[0], -y), _moved(at[1], -x)]) for _, at in frames]
+        written = [(at, heights[_moved(at[0], -y), _moved(at[1], -x)]) for *_, at in frames]
         total = sum(values.size for _, values in written)
         done = 0
         for first in range(0, len(frames), _FRAMES_PER_REPORT):
             part = slice(first, first + _FRAMES_PER_REPORT)
-            self._give([(Command.MAP, payload) for payload, _ in frames[part]], written[part])
+            commands = [(command, payload) for command, payload, _ in frames[part]]
+            self._give(commands, written[part])
             done += sum(values.size for _, values in written[part])
             if progress:
                 progress(done, total)
@@ -227,12 +303,26 @@ class MapCopy:
             raise ValueError(
                 f"Heights must be a whole map of {self._heights.shape}, not of {heights.shape}"
             )
+        parts = list(changed_parts(self._config, self._heights, heights))
+        boxes = np.array([(*_span(rows), *_span(columns)) for rows, columns in parts])
+        if len(parts) > 1:
+            south, north, west, east = (
+                end(places) for end, places in zip((min, max) * 2, boxes.T.tolist(), strict=True)
+            )
+            areas = (boxes[:, 1] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 2])
+            # Coded cells take less than half of the bytes.
+            if self._config.planner_core and (north - south) * (east - west) < 2 * areas.sum():
+                parts = [(slice(south, north), slice(west, east))]
         frames = [
             frame
-            for rows, columns in changed_parts(self._config, self._heights, heights)
-            for frame in map_frames(self._config, heights[rows, columns], columns.start, rows.start)
+            for rows, columns in parts
+            for frame in self._frames(heights[rows, columns], columns.start, rows.start)
         ]
         self._send(frames, heights, 0, 0, progress)
+
+
+def _span(places: slice) -> tuple[int, int]:
+    return places.start, places.stop
 
 
 def _moved(places: slice, by: int) -> slice:

@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from pathgene.hdl.config import Config
 from pathgene.hdl.protocol.codes import CheckFlag, Counter, Status
 from pathgene.hdl.protocol.messages import (
+    CODED_COLUMNS,
     check_paths_request,
     check_reply,
     check_request,
+    coded_map_request,
     map_request,
     results_request,
 )
@@ -17,6 +19,7 @@ from pathgene.hdl.protocol.paths import PathResult, pack_results, unpack_cells
 from pathgene.sim.model.checker import Point, TerrainModel, Verdict
 from pathgene.sim.model.checker_cycles import batch_cycles
 from pathgene.sim.model.checker_kernels import check_paths
+from pathgene.sim.model.coded_cells import decode_cells
 from pathgene.sim.model.requests import expect
 
 
@@ -24,7 +27,7 @@ __all__ = ["CheckingModel"]
 
 
 class CheckingModel:
-    """Executes MAP, CHECK, CHECK_PATHS and RESULTS.
+    """Executes MAP, CODED_MAP, CHECK, CHECK_PATHS and RESULTS.
 
     Attributes
     ----------
@@ -54,21 +57,44 @@ class CheckingModel:
         layout = map_request(self.config)
         expect(len(payload) >= layout.size, Status.BAD_LENGTH)
         x, y, width, height = layout.unpack(payload[: layout.size]).values()
-        expect(width > 0 and height > 0, Status.BAD_VALUE)
-        edge = self.config.map_size
-        expect(x + width <= edge and y + height <= edge, Status.BAD_VALUE)
+        self._expect_on_map(x, y, width, height)
         packed = payload[layout.size :]
         cells = unpack_cells(self.config, packed)[: width * height]
         if not repeated:
-            rows, rest = divmod(len(cells), width)
-            if rows:
-                block = [cells[width * row : width * (row + 1)] for row in range(rows)]
-                self.terrain.write(x, y, block)
-            if rest:
-                self.terrain.write(x, y + rows, [cells[-rest:]])
+            self._write(x, y, width, cells)
         size = (width * height * self.config.altitude_bits + 7) // 8
         expect(len(packed) == size, Status.BAD_LENGTH)
         return b""
+
+    def write_coded(self, payload: bytes, repeated: bool) -> bytes:
+        """Execute a CODED_MAP; whole cells of one of wrong length are written, too."""
+        layout = coded_map_request(self.config)
+        expect(len(payload) >= layout.size, Status.BAD_LENGTH)
+        fields = layout.unpack(payload[: layout.size]).values()
+        x, y, width, height, remainder_bits = fields
+        self._expect_on_map(x, y, width, height)
+        expect(width <= CODED_COLUMNS, Status.BAD_VALUE)
+        expect(remainder_bits < self.config.altitude_bits, Status.BAD_VALUE)
+        coded = payload[layout.size :]
+        cells, size = decode_cells(self.config, coded, width, height, remainder_bits)
+        if not repeated:
+            self._write(x, y, width, cells)
+        expect(len(cells) == width * height and len(coded) == size, Status.BAD_LENGTH)
+        return b""
+
+    def _expect_on_map(self, x: int, y: int, width: int, height: int) -> None:
+        expect(width > 0 and height > 0, Status.BAD_VALUE)
+        edge = self.config.map_size
+        expect(x + width <= edge and y + height <= edge, Status.BAD_VALUE)
+
+    def _write(self, x: int, y: int, width: int, cells: list[int]) -> None:
+        """Write cells by rows, perhaps fewer than a rectangle's."""
+        rows, rest = divmod(len(cells), width)
+        if rows:
+            block = [cells[width * row : width * (row + 1)] for row in range(rows)]
+            self.terrain.write(x, y, block)
+        if rest:
+            self.terrain.write(x, y + rows, [cells[-rest:]])
 
     def check(self, payload: bytes, repeated: bool) -> bytes:
         """Execute a CHECK."""

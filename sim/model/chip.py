@@ -74,8 +74,9 @@ class Chip:
             }
         if self.checking:
             self._commands[Command.MAP] = self.checking.write
-        if self.running:
+        if self.running and self.checking:
             self._commands |= {
+                Command.CODED_MAP: self.checking.write_coded,
                 Command.PROBLEM: self.running.set_problem,
                 Command.RUN: self.running.run,
                 Command.STOP: self.running.stop,

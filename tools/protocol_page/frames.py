@@ -6,6 +6,8 @@ import dataclasses
 from typing import Any
 from urllib.parse import urlencode
 
+import numpy as np
+
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, VERSION, decode_frame, encode_frame
 from pathgene.hdl.protocol.codes import CheckFlag, Command, LinkMode, Status
@@ -28,6 +30,7 @@ from pathgene.hdl.protocol.planner import (
     ProblemRecord,
 )
 from pathgene.hdl.protocol.runs import RunOptions, guide_request
+from pathgene.host.device.chip_map import coded_frames
 from pathgene.sim.model.chip import Chip
 from tools import chips
 from tools.protocol_page.segments import split_reply, split_request, values_of
@@ -370,6 +373,9 @@ def _runs(host: Recorder) -> None:
     host.say("RUN guided", "one island along the guide", Command.RUN,
              _options(slopes=(3,), guided=2).pack(config))  # fmt: skip
     host.say("BEST guided", "from the guide", Command.BEST)
+    hill = np.array([[0, 1, 1, 1], [1, 3, 3, 2], [1, 3, 15, 2]])
+    [(coded, _)] = coded_frames(config, hill, 2, 1)
+    host.say("CODED_MAP", "a hill of 4 x 3 corners, one of them blocked", Command.CODED_MAP, coded)
     host.say("STOP", "without a run, nothing happens", Command.STOP)
     host.say("START", "unknown to a chip with the planner core", Command.START, bytes(15))
     host.say("COUNTERS", "since reset", Command.COUNTERS)

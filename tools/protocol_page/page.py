@@ -39,6 +39,7 @@ COMMANDS = {
     Command.STOP: ("end the run with its present generation", "none", "none"),
     Command.BEST: ("paths of the latest run", "none", "keys, paths"),
     Command.BLOCK: ("block the corners in a shape", "fields", "none"),
+    Command.CODED_MAP: ("write a rectangle of the map", "fields, coded cells", "none"),
     Command.GUIDE: ("a waypoint of a path to begin near", "fields", "none"),
 }
 
@@ -284,6 +285,8 @@ def _fields(body: bytes, code: str, segments: list[Segment]) -> str:
             rows += _field_rows(at, segment)
         else:
             values = ", ".join(f"{name} {value}" for name, value in segment.values.items())
+            if segment.kind == "coded":
+                values = "the cells"
             if segment.kind == "cells":
                 values = ", ".join(map(str, segment.values.values()))
             rows.append(

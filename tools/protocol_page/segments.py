@@ -13,6 +13,7 @@ from pathgene.hdl.protocol.messages import (
     check_paths_request,
     check_reply,
     check_request,
+    coded_map_request,
     counters_reply,
     entry_record,
     generate_request,
@@ -36,7 +37,7 @@ from pathgene.hdl.protocol.runs import guide_request, run_request
 class Segment:
     """The part of a payload that has one layout."""
 
-    #: ``fields``, ``waypoint``, ``cells``, ``path``, ``hit``, ``entry`` or ``key``.
+    #: ``fields``, ``waypoint``, ``cells``, ``coded``, ``path``, ``hit``, ``entry`` or ``key``.
     kind: str
     layout: Layout
     data: bytes
@@ -59,6 +60,7 @@ _REQUESTS: dict[Command, Callable[[Config], Layout]] = {
     Command.RUN: run_request,
     Command.BLOCK: no_fly_request,
     Command.GUIDE: guide_request,
+    Command.CODED_MAP: coded_map_request,
 }
 _REPLIES: dict[Command, Callable[[Config], Layout]] = {
     Command.INFO: info_reply,
@@ -113,6 +115,8 @@ def split_request(config: Config, command: Command, payload: bytes) -> list[Segm
         count = fields["width"] * fields["height"]
         cells = Layout(tuple((f"cell_{i}", config.altitude_bits) for i in range(count)))
         segments.append(Segment("cells", cells, rest))
+    elif command is Command.CODED_MAP:
+        segments.append(Segment("coded", Layout((("coded_cells", 8 * len(rest)),)), rest))
     else:
         segments += _waypoints(config, rest)
     return segments
@@ -184,7 +188,7 @@ def _results(config: Config, packed: bytes) -> Iterator[Segment]:
 
 
 def values_of(segments: list[Segment]) -> dict[str, Any]:
-    """Return the ``fields``, ``paths``, ``keys``, ``cells`` and ``results`` in ``segments``."""
+    """Return the ``fields``, ``paths``, ``keys``, cells and ``results`` in ``segments``."""
     said: dict[str, Any] = {}
     path: list[list[int]] = []
     for segment in segments:
@@ -194,6 +198,8 @@ def values_of(segments: list[Segment]) -> dict[str, Any]:
                 said["fields"] = values
             case "cells":
                 said["cells"] = list(values.values())
+            case "coded":
+                said["coded_cells"] = segment.data.hex()
             case "waypoint":
                 *waypoint, last = values.values()
                 path.append(waypoint)

@@ -4,6 +4,7 @@ from pathgene.hdl.protocol.codes import CheckFlag, Command, LinkMode
 from pathgene.hdl.protocol.messages import (
     check_paths_request,
     check_request,
+    coded_map_request,
     map_request,
     read_request,
     results_request,
@@ -13,6 +14,7 @@ from pathgene.hdl.protocol.messages import (
 from pathgene.hdl.protocol.paths import pack_cells, pack_paths
 from pathgene.hdl.protocol.runs import RunOptions, guide_request, run_request
 from tests.support.gateware.chips import random_path
+from tests.support.gateware.coded_cells import encode
 from tests.support.planner.cases import any_record, headed, record, shape
 
 
@@ -48,6 +50,7 @@ _RUN_WEIGHTS = {
     Command.BEST: 12,
     Command.BLOCK: 8,
     Command.GUIDE: 8,
+    Command.CODED_MAP: 8,
     **_COMMON_WEIGHTS,
 }
 #: Values that a RUN may not have, whatever the chip.
@@ -151,6 +154,15 @@ class RandomRequests:
             return headed(config, draws, usual).pack(config)
         if code == Command.BLOCK:
             return shape(config, draws).pack(config)
+        if code == Command.CODED_MAP:
+            x, y = (rng.randrange(config.map_size) for _ in "xy")
+            width, height = (rng.randint(1, min(9, config.map_size - at)) for at in (x, y))
+            altitudes = rng.choices(range(config.blocked_altitude + 1), k=width * height)
+            k = rng.randrange(config.altitude_bits)
+            header = coded_map_request(config).pack(
+                x=x, y=y, width=width, height=height, remainder_bits=k + rng.choice((0, 0, 0, 1))
+            )
+            return header + encode(altitudes, width, config.altitude_bits, k)[0]
         if code == Command.GUIDE:
             layout = guide_request(config)
             values = {name: rng.getrandbits(width) for name, width in layout.fields}

@@ -5,7 +5,13 @@ import dataclasses
 import numpy as np
 
 from pathgene.hdl.protocol.codes import Command, LinkMode, Status
-from pathgene.hdl.protocol.messages import check_paths_request, map_request, start_request
+from pathgene.hdl.protocol.messages import (
+    CODED_COLUMNS,
+    check_paths_request,
+    coded_map_request,
+    map_request,
+    start_request,
+)
 from pathgene.hdl.protocol.paths import pack_cells, pack_paths
 from pathgene.hdl.protocol.planner import BLOCKS, SCALE_FRACTION, NoFlyShape
 from pathgene.hdl.protocol.runs import RunOptions, guide_request, run_request
@@ -160,6 +166,19 @@ def run_refusals(config):
         {"guided": 255},
         {"guided": 2, "warm": 1, "islands": 0},
     ]
+    coded = coded_map_request(config)
+    hill = {"x": 1, "y": 2, "width": 1, "height": 2, "remainder_bits": 0}
+    maps = [
+        {"width": 0},
+        {"height": 0},
+        {"x": config.map_size},
+        {"y": config.map_size - 1},
+        {"remainder_bits": config.altitude_bits},
+        {"remainder_bits": 255},
+        {"x": 0, "width": config.map_size + 1},
+    ]
+    if config.map_size > CODED_COLUMNS:
+        maps.append({"x": 0, "width": CODED_COLUMNS + 1})
     guide = guide_request(config)
     waypoint = guide.pack(index=0, x=1, y=2, altitude=3)
     unknown = 0, max(Command) + 1, 200, *unknown
@@ -182,6 +201,11 @@ def run_refusals(config):
         *(
             (Command.BLOCK, dataclasses.replace(shape, **last).pack(config), Status.BAD_VALUE)
             for last in ({"last_x": 1}, {"last_y": 2})
+        ),
+        *((Command.CODED_MAP, data, Status.BAD_LENGTH) for data in (b"", coded.pack(**hill))),
+        *(
+            (Command.CODED_MAP, coded.pack(**hill | changes) + b"\0", Status.BAD_VALUE)
+            for changes in maps
         ),
         *(
             (Command.GUIDE, guide.pack(index=index, x=0, y=0, altitude=0), Status.BAD_VALUE)

@@ -31,6 +31,7 @@ _WAITING = (
     Command.BEST,
     Command.BLOCK,
     Command.GUIDE,
+    Command.CODED_MAP,
 )
 #: Commands whose answers depend on the time.
 _TIMED = (Command.STATUS, Command.COUNTERS)
@@ -109,9 +110,9 @@ class RunFuzz:
         status = answer[BODY_HEADER_BYTES - 1]
         if body[2] == Command.RUN and repeated:
             return False
-        if body[2] == Command.MAP and status == Status.BAD_LENGTH:
-            # The length of a MAP's cells is checked last.
-            return len(body) - BODY_HEADER_BYTES >= self._fields[Command.MAP].size
+        if body[2] in (Command.MAP, Command.CODED_MAP) and status == Status.BAD_LENGTH:
+            # The length of the cells is checked last.
+            return len(body) - BODY_HEADER_BYTES >= self._fields[body[2]].size
         return status in (Status.OK, Status.BAD_VALUE)
 
     def _tell(self, body, plain, expected):

@@ -2,7 +2,8 @@
 
 import pytest
 
-from pathgene.hdl.command.field_decoder import FieldDecoder, HeaderComparator, request_fields
+from pathgene.hdl.command.field_decoder import FieldDecoder, request_fields
+from pathgene.hdl.command.header_comparator import HeaderComparator
 from pathgene.hdl.config import Config
 from tests.support.gateware.streams import shared, simulate
 
@@ -75,7 +76,7 @@ def test_the_decoder_has_the_members_of_its_commands(design, checker):
     common = {"code", "byte", "take", "ended", "status", "kind", "slot", "count"}
     core, checks = {"start", "write_slot", "identity"}, {"checks", "checked"}
     state = {"repeated", "running", "has_problem", "has_population"}
-    runs = {"problem", "run", "shape", "guide"} | state
+    runs = {"problem", "run", "shape", "guide", "coded"} | state
     assert members == common.union(
         core if design == "paper" else (),
         ["rectangle"] if checker == "parallel" else (),

@@ -9,7 +9,7 @@ import pytest
 from pathgene.hdl.command.layouts import AnswerKind
 from pathgene.hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
 from pathgene.hdl.protocol.codes import Command, Status, StickyError
-from pathgene.hdl.protocol.messages import map_request
+from pathgene.hdl.protocol.messages import coded_map_request, map_request
 from pathgene.hdl.protocol.paths import pack_cells
 from pathgene.hdl.protocol.planner import EDGES, NoFlyShape, no_fly_request, problem_request
 from pathgene.hdl.protocol.runs import RunOptions, guide_request, run_request
@@ -28,6 +28,7 @@ OPTIONS = RunOptions(seed=0x0123456789ABCDEF, give_up_rank=7, seeds=500, slopes=
 WARM = dataclasses.replace(OPTIONS, slopes=(), warm=True)
 CELLS = map_request(SMALL).pack(x=3, y=4, width=2, height=1) + pack_cells(SMALL, [5, 6])
 GUIDE = guide_request(SMALL).pack(index=2, x=6, y=7, altitude=8)
+CODED = coded_map_request(SMALL).pack(x=3, y=4, width=2, height=2, remainder_bits=1) + b"\0"
 BUSY = (
     Command.MAP,
     Command.PROBLEM,
@@ -35,6 +36,7 @@ BUSY = (
     Command.BEST,
     Command.BLOCK,
     Command.GUIDE,
+    Command.CODED_MAP,
 )
 PAYLOADS = {
     Command.MAP: CELLS,
@@ -42,6 +44,7 @@ PAYLOADS = {
     Command.RUN: OPTIONS.pack(SMALL),
     Command.BLOCK: SHAPE.pack(SMALL),
     Command.GUIDE: GUIDE,
+    Command.CODED_MAP: CODED,
 }
 
 
@@ -197,7 +200,7 @@ def test_repeated_commands_change_nothing():
     assert {status for status, *_ in outcomes} == {Status.OK}
     assert [outcome[1] for outcome in outcomes[3:5]] == [AnswerKind.BEST] * 2
     assert [len(each) for each in (chip.problems, chip.runs, chip.shapes, chip.cells)] == [
-        1, 1, 1, 2,
+        1, 1, 1, 6,
     ]  # fmt: skip
     assert chip.stops == 1
 

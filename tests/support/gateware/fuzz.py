@@ -82,12 +82,12 @@ class Fuzz:
         self._runs, self._unended = False, 0
         layout = status_reply(self.config)
         for _ in range(_LOOKS):
-            # The delimiter ends the rest of a broken frame.
+            # The delimiter ends the rest of a broken frame, or a whole one that lacked it.
             frame = b"\0" + encode_frame(self._body(Command.STATUS, b""))
             port.write(frame)
             expected = self._answers(frame)
             answer = port.read(len(expected))
-            ((body, _),) = _bodies(answer)
+            *_, (body, _) = _bodies(answer)
             if not layout.unpack(body[BODY_HEADER_BYTES:])["running"]:
                 assert answer == expected, (answer.hex(" "), expected.hex(" "))
                 return
@@ -156,7 +156,7 @@ class Fuzz:
         if self._rewrite:
             self._rewrite = False
             body = self._body(Command.WRITE, self._requests.paths(0, self.config.population))
-            # The delimiter ends the rest of a broken frame.
+            # The delimiter ends the rest of a broken frame, or a whole one that lacked it.
             return b"\0" + encode_frame(body), None
         if rng.random() < 0.05:
             return bytes(rng.choices((0, 1, 2, *range(256)), k=rng.randrange(1, 12))), None

@@ -20,6 +20,8 @@ BOARD ?= sim:
 # Planners to compare with, on the same problem.
 BESIDE ?= ga-fpga,astar
 SEED ?= 1
+# Milliseconds of the plan by the clock of the chip, on sim: and model: alone, where they take a minute.
+CHIP_MS ?= 20
 OUT ?= out/plan
 
 # Turbulence of `make fly`, and what happens in it.
@@ -94,7 +96,7 @@ setup-plan:
 plan: setup-plan
 	@$(IN_ROOT) "$(BIN)/pathgene" plan --terrain "$(TERRAIN)" --agl --start "$(START)" --goal "$(GOAL)" \
 		$(foreach circle,$(NOFLY_CIRCLES),--nofly-circle "$(circle)") \
-		--board "$(BOARD)" --seed "$(SEED)" $(if $(BESIDE),--beside "$(BESIDE)") \
+		--board "$(BOARD)" $(if $(filter sim: model:,$(BOARD)),--chip-ms "$(CHIP_MS)") --seed "$(SEED)" $(if $(BESIDE),--beside "$(BESIDE)") \
 		--write plan,kml --out "$(OUT)"
 
 .PHONY: fly

@@ -1,5 +1,6 @@
 """Marks of changed blocks, computed by hand and by the gateware, and shapes that are blocked."""
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -7,10 +8,13 @@ import pytest
 
 from pathgene.hdl.planner.wavefront.block_map import BlockMap
 from pathgene.hdl.protocol.planner import BLOCKS, COARSE_BLOCKS, NoFlyShape
+from pathgene.hdl.protocol.runs import RunOptions, guide_request
+from pathgene.sim.model.check_commands import CheckingModel
 from pathgene.sim.model.planner.run_cycles import scanning
-from pathgene.sim.model.run_commands import BlockMarks, block
+from pathgene.sim.model.requests import RefusedError
+from pathgene.sim.model.run_commands import BlockMarks, RunningModel, block
 from tests.support.gateware.streams import pulse, simulate
-from tests.support.planner.cases import SMALL, USUAL, shape
+from tests.support.planner.cases import SMALL, USUAL, record, shape
 from tests.support.planner.plain import drawn
 
 
@@ -145,3 +149,32 @@ def test_a_disc_and_a_triangle():
 def test_a_box_is_a_shape_without_edges():
     box = NoFlyShape(first_x=1, first_y=2, last_x=2, last_y=2, edges=())
     assert drawn(box) == [(1, 2), (2, 2)]
+
+
+def test_a_guided_run_begins_along_the_guide():
+    """Without generations the population has the waypoints of the guide, whatever their order."""
+    config, rng = USUAL, np.random.default_rng(8)
+    problem = dataclasses.replace(
+        record(config, rng), x_limit=400, y_limit=500, altitude_limit=3000, block_shift=3
+    )
+    corners = rng.integers(512, size=(5, 2)).tolist()
+    guide = [(x, y, int(z)) for (x, y), z in zip(corners, rng.integers(2000, size=5), strict=True)]
+    chip = CheckingModel(config)
+    model, layout = RunningModel(config, chip.terrain), guide_request(config)
+    assert model.set_problem(problem.pack(config), False) == b""
+    for index in (3, 0, 4, 1, 2):
+        x, y, altitude = guide[index]
+        assert model.guide(layout.pack(index=index, x=x, y=y, altitude=altitude), False) == b""
+    # A repeated command changes nothing.
+    model.guide(layout.pack(index=0, x=1, y=1, altitude=1), True)
+    options = RunOptions(generations=0, slopes=(3,), lifts=0, guided=5, seeds=40)
+    model.run(options.pack(config), False)
+    paths = model.latest.population
+    assert len(paths) == config.population
+    for path in paths:
+        assert [(x, y) for x, y, _ in path] == [(min(x, 400), min(y, 500)) for x, y, _ in guide]
+        rises = [z - each[2] for (*_, z), each in zip(path, guide, strict=True)]
+        assert all(0 <= rise <= config.box_steps for rise in rises)
+    assert len({tuple(path) for path in paths}) > 10
+    with pytest.raises(RefusedError):
+        model.guide(layout.pack(index=config.max_waypoints, x=0, y=0, altitude=0), False)

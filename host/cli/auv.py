@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pathgene.host import interrupts
 from pathgene.host.auv import PLANNERS
 from pathgene.host.cli.arguments import Commands, add_command, add_options
+from pathgene.host.cli.drawing import import_quickly
 from pathgene.host.cli.ending import ending
 from pathgene.host.cli.output import (
     note,
@@ -151,6 +152,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write(directory: Path, field: AuvField, route: Route, summary: dict[str, Any]) -> list[Path]:
+    import_quickly()
     from pathgene.host.auv.picture import write
 
     written = [directory / "auv.json", directory / "auv.png"]

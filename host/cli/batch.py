@@ -19,6 +19,7 @@ from pathgene.host.cli.arguments import (
     add_own_options,
     leave_unset,
 )
+from pathgene.host.cli.drawing import import_quickly
 from pathgene.host.cli.output import (
     note,
     note_compiling,
@@ -190,6 +191,8 @@ def _plan(
 def _saved(directory: Path, job: Job, outcome: Outcome) -> dict[str, Any]:
     from pathgene.host.mission.batch import save
 
+    if job.values.get("picture") is not False:
+        import_quickly()
     if outcome.summary is None:
         note_reading(outcome.read, f"{job.name}: ")
         return _failed(outcome.failure or "It failed.", bad_input=outcome.bad_input)

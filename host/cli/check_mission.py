@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pathgene.host.cli.arguments import Parser, add_problem
+from pathgene.host.cli.drawing import import_quickly
 from pathgene.host.cli.output import (
     note,
     note_compiling,
@@ -109,6 +110,7 @@ def run_mission(args: argparse.Namespace, file: Path, mission: MissionFile) -> i
     }
     written = []
     if directory is not None:
+        import_quickly()
         page = None if args.write is None else _page(checked, file.name)
         written = write_check(directory, checked, report, file.name, note, page)
     if args.json:

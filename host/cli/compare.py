@@ -21,6 +21,7 @@ from pathgene.host.cli.arguments import (
     add_problem,
     complete_by_file,
 )
+from pathgene.host.cli.drawing import import_quickly
 from pathgene.host.cli.output import (
     note,
     note_compiling,
@@ -145,6 +146,7 @@ def run(args: argparse.Namespace) -> int:
                 raise
             if any(part.records for part in fields):
                 table = report()
+                import_quickly()
                 written = [store.path, *write_report(directory, table, warn=note)]
                 if args.json:
                     print_json(table)

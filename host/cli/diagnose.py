@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pathgene.host.cli.arguments import Commands, add_command, add_problem, complete_by_file
+from pathgene.host.cli.drawing import import_quickly
 from pathgene.host.cli.output import (
     note,
     note_compiling,
@@ -115,6 +116,7 @@ def _tell(
 
     written = []
     if directory is not None:
+        import_quickly()
         written = write_diagnosis(directory, report, drawn, note)
     if args.json:
         print_json(report)

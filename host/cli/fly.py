@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pathgene.host import interrupts
 from pathgene.host.cli.arguments import Commands, add_command, add_options
+from pathgene.host.cli.drawing import import_quickly
 from pathgene.host.cli.ending import ending
 from pathgene.host.cli.output import note, note_reading, note_start, print_json, print_pairs
 from pathgene.host.errors import InputError, JobError
@@ -239,6 +240,7 @@ def _flown(
     else:
         try:
             with writing_into(directory):
+                import_quickly()
                 written += draw(report, directory)
         except KeyboardInterrupt:
             ended = whole

@@ -23,6 +23,7 @@ from pathgene.host.cli.arguments import (
     complete_by_file,
 )
 from pathgene.host.cli.beside import plan_beside, print_beside, row_of, searches_beside
+from pathgene.host.cli.drawing import import_quickly
 from pathgene.host.cli.ending import ending
 from pathgene.host.cli.output import (
     note,
@@ -210,6 +211,7 @@ def _save(
 
 def _draw(plan: Plan, end: Ending | None, directory: Path, wanted: HandOver) -> list[Path]:
     """Draw the picture and return its file, or nothing after a failure, which is noted."""
+    import_quickly()
     from pathgene.host.mission.drawn import mission_of_plan
     from pathgene.host.mission.ending import with_end
     from pathgene.host.report.write import write_run_picture

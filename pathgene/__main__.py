@@ -20,8 +20,8 @@ def main() -> int:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     # A command multiplies only small matrices, and starting a thread on each core takes longer.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # Imports make hundreds of thousands of objects that live until the end; looking for garbage among
-    # them again and again takes up to a tenth of a command's time.
+    # Imports make hundreds of thousands of objects that live until the end; looking for garbage
+    # among them again and again takes up to a tenth of a command's time.
     gc.set_threshold(_OBJECTS)
     try:
         from pathgene.host.cli import main as run

@@ -15,7 +15,8 @@ try:
     main(sys.argv[1:])
 except SystemExit:
     pass
-heavy = ("numpy", "scipy", "scipy.ndimage", "scipy.optimize", "highspy", "numba", "matplotlib",
+heavy = ("numpy", "scipy", "scipy.linalg", "scipy.ndimage", "scipy.optimize", "scipy.sparse",
+         "highspy", "numba", "matplotlib",
          "rasterio", "pyproj", "amaranth", "serial", "distributed", "nicegui",
          "pathgene.host.diagnosis", "pathgene.host.web.page")
 print(*(name for name in heavy if name in sys.modules), file=sys.stderr)

@@ -12,11 +12,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 
 from pathgene.host.evaluation.fuel import air_distance
 from pathgene.host.evaluation.reference import problem_utopia
+from pathgene.host.planners.grid.shortest_paths import Graph, shortest_paths
 from pathgene.host.problem.limits import pressure_on_wing
 from pathgene.host.problem.problem import Problem
 
@@ -101,16 +100,17 @@ class SearchGrid:
         terrain = problem.surface
         self.problem = problem
         self.prices = Prices(problem)
-        self._every = math.ceil(max(terrain.shape) / most_nodes)
-        self.dx_m, self.dy_m = self._every * terrain.dx_m, self._every * terrain.dy_m
+        #: Cells of the terrain along a side of a node.
+        self.every = math.ceil(max(terrain.shape) / most_nodes)
+        self.dx_m, self.dy_m = self.every * terrain.dx_m, self.every * terrain.dy_m
         void = np.isnan(terrain.elevation)
         self.ground = self._pooled(np.where(void, np.nanmin(terrain.elevation), terrain.elevation))
         self.shape = self.ground.shape
         rows, columns = np.indices(self.shape)
         # A node of the grid is one of the terrain: no line between nodes follows a border of cells.
-        middle = self._every // 2
-        x = np.minimum(columns * self._every + middle, terrain.shape[1] - 1) * terrain.dx_m
-        y = np.minimum(rows * self._every + middle, terrain.shape[0] - 1) * terrain.dy_m
+        middle = self.every // 2
+        x = np.minimum(columns * self.every + middle, terrain.shape[1] - 1) * terrain.dx_m
+        y = np.minimum(rows * self.every + middle, terrain.shape[0] - 1) * terrain.dy_m
         self._x, self._y = x.ravel(), y.ravel()
 
         climb, descent = math.tan(problem.limits.climb_rad), math.tan(problem.limits.descent_rad)
@@ -152,7 +152,7 @@ class SearchGrid:
             # One extra node, whose distance to each other node is that node's depth below the top.
             top = surface.max()
             costs = np.concatenate((steepness * self._length, (top - surface).ravel()))
-            below = dijkstra(self._graph(costs), indices=len(self._x))[:-1]
+            below = shortest_paths(*self._graph(costs), len(self._x))[0][:-1]
             surface = top - below.reshape(self.shape)
         lowest: Floats = np.maximum(surface, self._lowest)
         return lowest
@@ -186,7 +186,7 @@ class SearchGrid:
         graph = self._graph(np.concatenate((costs, np.full(len(self._x), math.inf))))
         start = self._start if first is None else self._node(*first)
         goal = self._goal if last is None else self._node(*last)
-        _, before = dijkstra(graph, indices=start, return_predecessors=True)
+        _, before = shortest_paths(*graph, start)
         nodes = [goal]
         while nodes[-1] != start:
             if before[nodes[-1]] < 0:
@@ -218,7 +218,7 @@ class SearchGrid:
     def nodes(self, x: Floats, y: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return row and column of the nodes that cover points on the map, metres."""
         row, column = self.problem.terrain.nearest_nodes(x, y)
-        return row // self._every, column // self._every
+        return row // self.every, column // self.every
 
     def _node(self, x: float, y: float) -> int:
         row, column = self.nodes(np.array([x]), np.array([y]))
@@ -226,7 +226,7 @@ class SearchGrid:
 
     def _pooled(self, raster: NDArray[Any]) -> NDArray[Any]:
         """Return the highest value of every block of a raster of the terrain."""
-        rows, columns = (np.arange(0, nodes, self._every) for nodes in raster.shape)
+        rows, columns = (np.arange(0, nodes, self.every) for nodes in raster.shape)
         return np.maximum.reduceat(np.maximum.reduceat(raster, rows, axis=0), columns, axis=1)
 
     def _link(self) -> None:
@@ -266,10 +266,9 @@ class SearchGrid:
             air.append(math.inf if flown is None else flown)
         return np.array(air)
 
-    def _graph(self, costs: Floats) -> csr_array:
+    def _graph(self, costs: Floats) -> Graph:
         """Return the graph of the grid and the extra node, with the costs of all steps."""
-        count = len(self._x) + 1
-        return csr_array((costs, self._heads, self._firsts), shape=(count, count))
+        return Graph(costs, self._heads, self._firsts)
 
 
 def _widened(

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pathgene.host.evaluation import Straight
 from pathgene.host.evaluation.geometry import smooth
+from pathgene.host.evaluation.jit import compiled
 from pathgene.host.planners.grid.grid_search import Place, SearchGrid
 from pathgene.host.problem.problem import Problem
 
@@ -149,16 +150,63 @@ def _chord_costs(points: Floats, grid: SearchGrid, surface: Floats) -> Floats:
     # An even number, so that no sample of a route's step lies at the corner of four nodes.
     parts = 2 * np.maximum(np.ceil(run / min(grid.dx_m, grid.dy_m)), 1).astype(np.int64)
     first = np.concatenate(([0], np.cumsum(parts)[:-1]))
-    chord = np.repeat(np.arange(len(run)), parts)
-    share = (np.arange(len(chord)) - first[chord] + 0.5) / parts[chord]
-    at = points[one][chord] + (points[other] - points[one])[chord] * share[:, None]
-    price = grid.price_per_m(surface)[grid.nodes(*at.T)]
+    terrain = grid.problem.terrain
+    price = np.empty(parts.sum())
+    _along(
+        points,
+        one,
+        other,
+        parts,
+        grid.price_per_m(surface),
+        (terrain.dx_m, terrain.dy_m),
+        terrain.shape,
+        grid.every,
+        price,
+    )
     radius_m = grid.problem.limits.turn_radius_m
     shortest = radius_m * ((one > 0).astype(np.int64) + (other < count - 1))
     costs = np.full((count, count), math.inf)
     total = np.add.reduceat(price, first) * (run / parts)
     costs[one, other] = np.where(run >= shortest, total, math.inf)
     return costs
+
+
+@compiled
+def _along(
+    points: Floats,
+    one: NDArray[np.int64],
+    other: NDArray[np.int64],
+    parts: NDArray[np.int64],
+    prices: Floats,
+    sides_m: tuple[float, float],
+    shape: tuple[int, int],
+    every: int,
+    found: Floats,
+) -> None:
+    """Write the price at the middle of each part of each chord, chord after chord.
+
+    Compiled, because an array for each step takes longer than the search for the route.
+
+    Parameters
+    ----------
+    prices : (rows, columns) float64
+        Prices of the nodes of the grid, each of which covers ``every`` x ``every`` cells of the
+        terrain, with their sides and shape.
+    """
+    dx_m, dy_m = sides_m
+    rows, columns = shape
+    size = 0
+    for chord in range(len(parts)):
+        x, y = points[one[chord], 0], points[one[chord], 1]
+        across, up = points[other[chord], 0] - x, points[other[chord], 1] - y
+        for part in range(parts[chord]):
+            share = (part + 0.5) / parts[chord]
+            # The nearest node of the terrain, as Terrain.nearest_nodes finds it.
+            column = math.floor((x + across * share) / dx_m + 0.5)
+            row = math.floor((y + up * share) / dy_m + 0.5)
+            column, row = min(max(column, 0), columns - 1), min(max(row, 0), rows - 1)
+            found[size] = prices[row // every, column // every]
+            size += 1
 
 
 #: Waypoints after the start, and before the goal: (k, 2) float64 metres each.

@@ -13,10 +13,9 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 
 from pathgene.host.planners.grid.grid_search import LEAST_COST, SearchGrid
+from pathgene.host.planners.grid.shortest_paths import Graph, shortest_paths
 from pathgene.host.problem.footprints import Footprint
 from pathgene.host.problem.problem import Problem
 
@@ -71,10 +70,10 @@ def tangent_routes(
         Turns of each with both ends, (n, 2) float64 metres; none if there is no route.
     """
     points = _points(problem, grid, ends)
-    graph = _lines(points, grid, surface)
+    one, other, lines = _lines(points, grid, surface)
     last = len(points) - 1
-    to, before = dijkstra(graph, indices=0, return_predecessors=True)
-    onwards, after = dijkstra(graph.T, indices=last, return_predecessors=True)
+    to, before = shortest_paths(*Graph.of_pairs(one, other, lines, len(points)), 0)
+    onwards, after = shortest_paths(*Graph.of_pairs(other, one, lines, len(points)), last)
     costs = to + onwards
     if not np.isfinite(costs[last]):
         return []
@@ -176,8 +175,8 @@ def _outline(footprint: Footprint) -> Floats:
     return np.concatenate(ring + along * (np.roll(ring, -1, axis=0) - ring))
 
 
-def _lines(points: Floats, grid: SearchGrid, surface: Floats) -> csr_array:
-    """Return the costs of the free lines from points to points, (n, n)."""
+def _lines(points: Floats, grid: SearchGrid, surface: Floats) -> tuple[Integers, Integers, Floats]:
+    """Return the free lines from points to points: both ends of each, and its cost."""
     count = len(points)
     terrain = grid.problem.terrain
     cell_m = min(terrain.dx_m, terrain.dy_m)
@@ -197,7 +196,7 @@ def _lines(points: Floats, grid: SearchGrid, surface: Floats) -> csr_array:
     sums = np.bincount(line, weights=price[grid.nodes(*at.T)], minlength=len(one))
     means = sums / np.bincount(line, minlength=len(one))
     costs = np.maximum(means * runs[one, other], LEAST_COST)
-    return csr_array((costs, (one, other)), shape=(count, count))
+    return one, other, costs
 
 
 def _samples(start: Floats, stop: Floats, step_m: float) -> tuple[Floats, Integers]:
@@ -215,7 +214,7 @@ def _distances(one: Floats, other: Floats) -> Floats:
     return distances
 
 
-def _walk(before: Integers, point: int) -> list[int]:
+def _walk(before: NDArray[np.int32], point: int) -> list[int]:
     points = [point]
     while before[points[-1]] >= 0:
         points.append(int(before[points[-1]]))

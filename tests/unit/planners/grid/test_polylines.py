@@ -73,6 +73,18 @@ def test_chords_cost_their_length_and_avoid_zones(hilly):
     assert math.isinf(_chord_costs(short, grid, level)[1, 2])
 
 
+def test_chords_have_the_prices_of_the_nodes_below_them(hilly):
+    grid, surface, route = hilly
+    costs, prices = _chord_costs(route, grid, surface), grid.price_per_m(surface)
+    for one, other in zip(*np.nonzero(np.isfinite(costs)), strict=True):
+        run = float(np.hypot(*(route[other] - route[one])))
+        parts = 2 * math.ceil(run / min(grid.dx_m, grid.dy_m))
+        shares = (np.arange(parts) + 0.5) / parts
+        places = route[one] + (route[other] - route[one]) * shares[:, None]
+        mean = prices[grid.nodes(*places.T)].mean()
+        assert costs[one, other] == pytest.approx(mean * run, rel=1e-12)
+
+
 def test_polylines_are_the_cheapest_of_their_length(hilly):
     grid, surface, route = hilly
     costs = _chord_costs(route, grid, surface)

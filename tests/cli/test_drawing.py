@@ -10,7 +10,7 @@ from pathgene.host.cli.drawing import import_quickly
 import_quickly()
 loaded = {name for name in sys.modules if name.startswith("matplotlib.")}
 from matplotlib.patches import Rectangle
-print("matplotlib.patches" in loaded, "facecolor or fc" in Rectangle.set.__doc__)
+print("matplotlib.patches" in loaded, "facecolor or fc" in (Rectangle.set.__doc__ or ""))
 """
 
 

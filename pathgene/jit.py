@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+import llvmlite.binding as llvm
 import numba
 from numba import njit
 from numba.core import event
@@ -22,6 +23,7 @@ from numba.core.caching import (
     IndexDataCacheFile,
     InTreeCacheLocator,
 )
+from numba.core.codegen import JITCodeLibrary
 from numba.core.runtime import rtsys
 
 
@@ -49,6 +51,8 @@ _FEATURES = frozenset(
         *("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave"),
     )
 )
+# Marks code that is kept for a `_Library`.
+_KEPT = "kept"
 # A target of numba: the triple, the name of the processor, and its features as text.
 _Target = tuple[str, str, str]
 # Compiles the kernel of a module, by its name, for the types of its arguments.
@@ -198,14 +202,55 @@ class _Unwritable(InTreeCacheLocator):  # type: ignore[misc]  # numba has no typ
         """Do nothing: :meth:`_CheckedFiles.save` meets the error, and ignores it."""
 
 
+class _Library(JITCodeLibrary):  # type: ignore[misc]  # numba has no types.
+    """Code of a kernel, with its bitcode, which only a compilation of its callers needs.
+
+    numba parses the bitcode of each kernel that it loads, which takes longer than the rest.
+    """
+
+    _bitcode = b""
+    _parsed: Any = None
+
+    @property
+    def _shared_module(self) -> Any:
+        if self._parsed is None and self._bitcode:
+            self._parsed = llvm.parse_bitcode(self._bitcode)
+        return self._parsed
+
+    @_shared_module.setter
+    def _shared_module(self, module: Any) -> None:
+        self._parsed = module
+
+    def defined(self) -> set[str]:
+        """Return the names that the code defines."""
+        module = self._get_module_for_linking()
+        found = (*module.functions, *module.global_variables)
+        return {each.name for each in found if not each.is_declaration}
+
+    @classmethod
+    def _unserialize(cls, codegen: Any, state: Any) -> Any:
+        name, kind, content = state
+        if kind != _KEPT:  # A cache of numba itself.
+            return super()._unserialize(codegen, state)
+        code, bitcode, names = content
+        library = codegen.create_library(name)
+        library._bitcode = bitcode
+        library.enable_object_caching()
+        library._set_compiled_object(code)
+        library._finalize_final_module()
+        codegen._engine._defined_symbols |= names
+        return library
+
+
 class _Places(CompileResultCacheImpl):  # type: ignore[misc]  # numba has no types.
-    """Where numba keeps kernels, and the form in which it keeps them."""
+    """Where numba keeps kernels, and the form in which it keeps them: for a :class:`_Library`."""
 
     _locator_classes = [*CompileResultCacheImpl._locator_classes, _Unwritable]
 
     def reduce(self, data: Any) -> Any:
         """Leave out the table of types, a text for readers, which is long."""
-        return super().reduce(data._replace(type_annotation=""))
+        (name, _, code), *rest = super().reduce(data._replace(type_annotation=""))
+        return ((name, _KEPT, (*code, data.library.defined())), *rest)
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]  # numba has no types.
@@ -235,6 +280,8 @@ class _Cache(FunctionCache):  # type: ignore[misc]  # numba has no types.
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the kernel for a signature, or None if it is not on disk."""
         rtsys.initialize(target_context)  # Kernels that make arrays call it.
+        # Before the first kernel is loaded or compiled.
+        target_context.codegen()._library_class = _Library
         with self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)
 

@@ -9,6 +9,7 @@ from types import ModuleType
 from typing import NamedTuple
 
 import pytest
+from numba import njit
 from numba.core import config
 from numba.core.caching import (
     IndexDataCacheFile,
@@ -17,6 +18,7 @@ from numba.core.caching import (
     UserWideCacheLocator,
 )
 from numba.core.codegen import CPUCodegen
+from numba.core.registry import cpu_target
 
 from pathgene.jit import BASELINE, baseline_target, is_kept, source_stamp
 
@@ -278,3 +280,29 @@ def test_a_kernel_is_kept_without_its_table_of_types(load):
     (table,) = kernel.inspect_types.__self__.overloads.values()
     assert "kernel_outer.py" in str(table.type_annotation)
     assert b"kernel_outer.py" not in data.read_bytes()
+
+
+def test_bitcode_is_parsed_only_for_a_caller(load):
+    load("x + 1")(2)
+    sys.modules["kernel_inner"].inner(2.5)
+    # As in a new process.
+    outer = load("x + 1")
+    inner = sys.modules["kernel_inner"].inner
+    assert (inner(2.5), outer(2)) == (3.5, 30)
+    (kept,) = [result.library for result in inner.overloads.values()]
+    assert kept._parsed is None
+    assert outer(2.5) == 35.0
+    assert kept._parsed is not None
+
+
+def test_a_cache_of_numba_itself_is_loaded(load):
+    load("x + 1")(2)
+    codegen = cpu_target.target_context.codegen()
+    plain = njit(lambda x: x + 2)
+    assert plain(1) == 3
+    (library,) = [result.library for result in plain.overloads.values()]
+    kept = library.serialize_using_object_code()
+    assert kept[1] == "object"
+    again = codegen.unserialize_library(kept)
+    assert again.get_defined_functions() is not None
+    assert again._shared_module is not None

@@ -11,7 +11,7 @@ import sys
 __all__ = ["main"]
 
 # New objects after which Python looks for garbage, instead of 700.
-_OBJECTS = 100_000
+_OBJECTS = 300_000
 
 
 def main() -> int:
@@ -20,6 +20,8 @@ def main() -> int:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     # A command multiplies only small matrices, and starting a thread on each core takes longer.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # Where the package `coverage` is installed, numba imports it, which no command needs.
+    sys.modules.setdefault("coverage", None)  # type: ignore[arg-type]
     # Imports make hundreds of thousands of objects that live until the end; looking for garbage
     # among them again and again takes up to a tenth of a command's time.
     gc.set_threshold(_OBJECTS)

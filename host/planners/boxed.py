@@ -8,9 +8,11 @@ all paths outside.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +50,8 @@ def plan_in_box(
     options: Options,
     progress: Progress | None = None,
     stop: Stop | None = None,
+    *,
+    most: int | None = None,
 ) -> Result:
     """Plan in a box of the map, and in a larger one until no better path can be outside.
 
@@ -59,6 +63,9 @@ def plan_in_box(
     plan : callable
         Plans a problem, as :meth:`pathgene.host.planners.base.Planner.plan` does.
         ``options.time_limit_s`` applies to all searches together.
+    most : int, optional
+        Maximum number of boxes, for a planner that searches near the ends: a feasible path in one
+        of them is enough, and the map follows where there is none.
 
     Returns
     -------
@@ -66,7 +73,7 @@ def plan_in_box(
         The record of the search with the best path, with the seconds and evaluations of all.
     """
     best: Result | None = None
-    for box in _boxes(evaluator.problem):
+    for box in itertools.islice(_boxes(evaluator.problem), most):
         try:
             problem = box.problem(evaluator.problem)
         except InputError:  # An end that rounding has moved into a zone.
@@ -75,7 +82,8 @@ def plan_in_box(
         found = plan(inner, _remaining(options, best), box.shown(progress), stop)
         is_over = found.stopped_by != "generations"
         best = _better(best, box.whole(evaluator, found, judge=is_over))
-        if is_over or (best.evaluation.feasible and best.evaluation.cost <= box.least_cost_outside):
+        is_enough = most is not None or best.evaluation.cost <= box.least_cost_outside
+        if is_over or (best.evaluation.feasible and is_enough):
             return best
     result = plan(evaluator, _remaining(options, best), progress, stop)
     return _better(best, result)
@@ -173,8 +181,17 @@ class _Box:
             found,
             path=path,
             evaluation=evaluator.evaluate(path) if is_judged else found.evaluation,
+            hardware=self._placed(found.hardware),
             archive=[(fitness, self.moved(each)) for fitness, each in found.archive],
         )
+
+    def _placed(self, hardware: dict[str, Any] | None) -> dict[str, Any] | None:
+        """Return the facts on a chip with the place of its map in the frame of the whole map."""
+        if hardware is None or "map" not in hardware:
+            return hardware
+        east_m, north_m, base_m = hardware["map"]["offset_m"]
+        offset_m = [east_m + self.west_m, north_m + self.south_m, base_m]
+        return {**hardware, "map": {**hardware["map"], "offset_m": offset_m}}
 
     def moved(self, path: Path) -> Path:
         """Return a path in the frame of the map."""

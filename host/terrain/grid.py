@@ -214,12 +214,12 @@ class Terrain:
         """Nodes without a height, ``(ny, nx)``."""
         return np.isnan(self.elevation)
 
-    @property
+    @cached_property
     def lowest(self) -> float:
         """Lowest height in metres, ignoring voids."""
         return float(np.nanmin(self.elevation))
 
-    @property
+    @cached_property
     def highest(self) -> float:
         """Highest height in metres, ignoring voids."""
         return float(np.nanmax(self.elevation))

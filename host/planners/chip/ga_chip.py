@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import replace
@@ -15,6 +16,7 @@ from pathgene.host.device.chip import Chip
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import Options, Progress, Result, Run, Stop
+from pathgene.host.planners.boxed import plan_in_box
 from pathgene.host.planners.chip.astar_route import Routes
 from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
 from pathgene.host.planners.chip.problem_record import whole_path
@@ -41,8 +43,9 @@ class ChipGeneticPlanner:
     ``astar`` searches; if it finds a path, up to three runs along it follow instead. A small
     terrain is divided into smaller cells, except in short runs and as paper. If the map holds a box
     of the terrain (:func:`~pathgene.host.problem.leg_box.leg_box`) and no path is feasible there,
-    as many runs follow on a map of the whole terrain. A long plan is split into parts, each of
-    which continues from the previous one: see
+    as many runs follow on a map of the whole terrain. On large terrain, the rasters of the search
+    cover a box as well (:func:`~pathgene.host.planners.boxed.plan_in_box`), unless the board stays
+    open. A long plan is split into parts, each of which continues from the previous one: see
     :class:`pathgene.host.planners.chip.schedule.ChipSchedule`. docs/chip_planner.md defines a run;
     the seed determines all its random numbers, so every board with the same sizes gives the same
     result.
@@ -122,13 +125,37 @@ class ChipGeneticPlanner:
         JobError
             If the board cannot be started, or is lost before the first evaluation.
         """
+        if isinstance(self.board, Chip):  # A replan may continue anywhere on the terrain.
+            return self._plan(evaluator, options, progress, stop)
+        plans = itertools.count()
+
+        def search(
+            inner: Evaluator,
+            options: Options,
+            progress: Progress | None = None,
+            stop: Stop | None = None,
+        ) -> Result:
+            # After a box, which holds the leg, the whole map follows at once.
+            return self._plan(inner, options, progress, stop, whole=next(plans) > 0)
+
+        return plan_in_box(search, evaluator, options, progress, stop, most=1)
+
+    def _plan(
+        self,
+        evaluator: Evaluator,
+        options: Options,
+        progress: Progress | None,
+        stop: Stop | None,
+        *,
+        whole: bool = False,
+    ) -> Result:
         # If the URL gives the configuration, refuse bad options before a simulated board is built.
         url = with_core(url_of(self.board), GeneticCore.PLANNER)
         known = known_config(url) if self._open_board is None else None
-        grid = None if known is None else self._map_for(known, evaluator, options)
+        grid = None if known is None else self._map_for(known, evaluator, options, whole)
         with entered(self.board, self._open_board, core=GeneticCore.PLANNER) as chip:
             if grid is None or chip.config != known:
-                grid = self._map_for(chip.config, evaluator, options)
+                grid = self._map_for(chip.config, evaluator, options, whole)
             run = Run(evaluator, options, progress, stop)
             problem = evaluator.problem
             run.record(0, run.fitness([whole_path(problem, np.empty((0, 3)))]))
@@ -151,8 +178,8 @@ class ChipGeneticPlanner:
                         is_over = runs.search(first[UNGUIDED_RUNS:], further)
                     if not (is_over or grid.is_whole):
                         with run.phase("map"):
-                            whole = CornerMap(chip.config, problem)
-                            task = ProblemOnChip(chip, problem, whole, schedule.blocks)
+                            grid = CornerMap(chip.config, problem)
+                            task = ProblemOnChip(chip, problem, grid, schedule.blocks)
                         runs.move_to(task)
                         runs.search(first, further)
                     if self.adds_astar:
@@ -182,14 +209,16 @@ class ChipGeneticPlanner:
             chip_ms=_least_ms(self.chip_ms, options.time_limit_s),
         )
 
-    def _map_for(self, config: Config, evaluator: Evaluator, options: Options) -> CornerMap:
+    def _map_for(
+        self, config: Config, evaluator: Evaluator, options: Options, whole: bool
+    ) -> CornerMap:
         """Return a map for a chip of ``config``, or refuse options that it does not support.
 
         Where the map has room, its cells are parts of the terrain's.
         """
         require_chip(config, GeneticCore.PLANNER, options.population)
         problem, size = evaluator.problem, config.map_size
-        box = leg_box(problem, size)
+        box = None if whole else leg_box(problem, size)
         parts = 1
         if box is None and not problem.as_paper:
             most = self._schedule(config, options).most_parts_of_cells

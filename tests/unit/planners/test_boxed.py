@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
+from pathgene.hdl.config import GeneticCore
+from pathgene.host.device.boards import open_board, with_core
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import boxed, make
 from pathgene.host.planners.base import Options
+from pathgene.host.planners.chip.ga_chip import ChipGeneticPlanner
 from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Polygon, Zone
 from pathgene.host.terrain import Terrain
@@ -186,6 +189,44 @@ def test_fpa_searches_the_box_and_keeps_its_candidates_in_the_frame_of_the_map(s
     assert found.evaluation.feasible
     for _, path in found.archive[:5]:
         np.testing.assert_allclose(path[0, :2], START[:2], atol=1e-6)
+
+
+def on_chip(problem, board="model:"):
+    evaluator = Evaluator(problem, threads=1)
+    planner = ChipGeneticPlanner(board=board, polish="off", chip_ms=2)
+    result = planner.plan(evaluator, Options(generations=400))
+    assert result.evaluation.feasible
+    assert result.evaluation.fitness == evaluator.evaluate(result.path).fitness
+    return result
+
+
+def test_the_chip_has_a_map_in_the_box(searched):
+    problem = Problem(land(), START, GOAL, agl=True)
+    result = on_chip(problem)
+    assert len(searched) == 1
+    (box, *_) = boxed._boxes(problem)
+    area = result.hardware["map"]
+    # Corners lie half a cell beyond the nodes.
+    assert area["offset_m"][:2] == [box.west_m + CELL_M / 2, box.south_m + CELL_M / 2]
+    assert area["scale_m"][:2] == [CELL_M, CELL_M]
+    assert ((result.path[1:-1, :2] - area["offset_m"][:2]) % CELL_M == 0).all()
+
+
+def test_the_chip_searches_the_map_if_the_box_has_no_path(searched):
+    wall = Zone.polygon(
+        [(11_000.0, -100.0), (11_300.0, -100.0), (11_300.0, 19_500.0), (11_000.0, 19_500.0)]
+    )
+    result = on_chip(Problem(land(), START, GOAL, agl=True, zones=[wall]))
+    assert len(searched) == 1
+    assert result.path[:, 1].max() > 19_500.0
+    assert result.hardware["map"]["offset_m"][:2] == [CELL_M / 2, CELL_M / 2]
+
+
+def test_a_board_that_stays_open_has_a_map_of_the_terrain(searched):
+    with open_board(with_core("model:", GeneticCore.PLANNER)) as chip:
+        result = on_chip(Problem(land(), START, GOAL, agl=True), chip)
+    assert not searched
+    assert result.replanner is not None
 
 
 def test_a_time_limit_ends_the_search_in_the_box(searched):

@@ -1,8 +1,8 @@
 """Replans in flight: 1,000 scenarios flown in JSBSim with every planner and a yardstick.
 
-The yardstick is ``astar``, called at the same instant, from the same state and heading, and without
-any planning time: a flight that it survives can be survived. Results are stored as they arrive, so
-that an interrupted run can continue.
+The yardstick is the best of all planners, called at the same instant, from the same state and
+heading, and without any planning time (:mod:`bench.yardstick`): a flight that it survives can be
+survived. Results are stored as they arrive, so that an interrupted run can continue.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from bench.replan_report import report
 from bench.replan_scenarios import KINDS, draw_mission, draw_scenario
 from bench.report import Options, Report
 from bench.store import Store
+from bench.yardstick import AMPLE_MS, Yardstick
 from pathgene.host.device.chip import Chip
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
@@ -42,9 +43,6 @@ from pathgene.host.replanning.session import Session
 from pathgene.host.report import style
 
 
-#: Chip time in milliseconds of a plan whose first run finds a path; up to eight first runs, each at
-#: most a quarter of that time, search for one.
-AMPLE_MS = 50
 _SEEDS = range(2)
 
 
@@ -112,6 +110,7 @@ _SHARE, _CALIBRATION = ("host", "share"), 3
 _SOURCES = (
     "bench/replan.py",
     "bench/replan_scenarios.py",
+    "bench/yardstick.py",
     "hdl/config.py",
     "hdl/protocol",
     "host/device",
@@ -234,7 +233,8 @@ def _fly(
         return {"flown": False}
     assert first.evaluation.flight_time_s is not None
     drawn = draw_scenario(number, mission, first.evaluation.flight_time_s)
-    flown = _flown(name, number, mission, evaluator, first, chip, drawn.scenario, host_s)
+    at_once = ample if name == YARDSTICK else None
+    flown = _flown(name, number, mission, evaluator, first, chip, drawn.scenario, host_s, at_once)
     if isinstance(flown, str):
         return {"flown": True, "error": flown, "alive": False, "ended": "error"}
     outcome, session = flown.outcome, flown.session
@@ -274,10 +274,16 @@ def _flown(
     chip: Chip | None,
     scenario: Any,
     host_s: float | None = None,
+    at_once: Chip | None = None,
 ) -> Replanned | str:
+    """Fly a scenario, by the yardstick's planner if there is a chip for it, ``at_once``."""
     planner, board, _ = ROWS[name]
-    seconds = 0.0 if name == YARDSTICK else host_s if planner == "ga-chip" else None
-    plans = InFlightPlanner(planner, board=chip, seed=number, seconds=seconds)
+    plans: InFlightPlanner
+    if at_once is not None:
+        plans = Yardstick(at_once, seed=number)
+    else:
+        seconds = host_s if planner == "ga-chip" else None
+        plans = InFlightPlanner(planner, board=chip, seed=number, seconds=seconds)
     try:
         plans.prepare(evaluator)
         fallback = None

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import os
+import signal
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,6 +23,9 @@ from pathgene.host.machine import available_cores
 
 Task = TypeVar("Task", bound=tuple[Any, ...])
 Measured = TypeVar("Measured")
+
+# Seconds for which a worker may close its boards after an error in another one.
+_PATIENCE_S = 5.0
 
 
 def measure(
@@ -37,7 +43,7 @@ def measure(
 ) -> list[Measured]:
     """Measure tasks in processes and return their results in the tasks' order.
 
-    An error or an interrupt cancels the tasks that have not begun.
+    An error or an interrupt cancels the tasks that have not begun, and ends those that have.
 
     Parameters
     ----------
@@ -65,6 +71,7 @@ def measure(
     groups = len(left)
     context = get_context("spawn") if spawned else None
     count = processes or available_cores()
+    before = set(active_children())
     with ProcessPoolExecutor(count, context, prepare, prepare_arguments) as pool:
         try:
             jobs = {pool.submit(work, *task): number for number, task in enumerate(tasks)}
@@ -92,8 +99,21 @@ def measure(
                     )
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
+            _end(set(active_children()) - before)
             raise
     return [results[number] for number in sorted(results)]
+
+
+def _end(workers: Collection[BaseProcess]) -> None:
+    """End processes: by an interrupt, so that they close their boards, and then by force."""
+    for worker in workers:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(worker.pid or 0, signal.SIGINT)
+    deadline = time.monotonic() + _PATIENCE_S
+    for worker in workers:
+        worker.join(max(deadline - time.monotonic(), 0.0))
+        worker.kill()
+        worker.join()
 
 
 @dataclass(frozen=True)

@@ -138,3 +138,20 @@ def test_what_a_row_alters_is_there_once(name):
     source = Path(importlib.util.find_spec(change.module).origin).read_text()
     assert source.count(change.old) == 1
     assert change.new != change.old
+
+
+@pytest.mark.parametrize("spawned", [False, True])
+def test_an_error_ends_the_other_workers(spawned):
+    before = set(multiprocessing.active_children())
+    began = time.monotonic()
+    with pytest.raises(InputError, match="-1 is negative"):
+        measure(
+            "squares",
+            [(1, 60.0), (-1,)],
+            square,
+            name=str,
+            spawned=spawned,
+            processes=2,
+        )
+    assert time.monotonic() - began < 30.0
+    assert set(multiprocessing.active_children()) == before

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from pathgene.host.mission.autopilot.early import climb_m_s, early, is_too_high
 from pathgene.host.mission.autopilot.route import RoutePoint, leg_tolerance_m, route
 from pathgene.host.mission.autopilot.spacing import accepted, spaced
 from pathgene.host.mission.autopilot.steps import stepped
-from pathgene.host.mission.autopilot.thinning import thinned
+from pathgene.host.mission.autopilot.thinning import RAISED_M, thinned
 from pathgene.host.mission.autopilot.timing import Timed, timed, times_of
 from pathgene.host.problem.problem import Problem
 
@@ -27,6 +27,8 @@ _APART_S = 1.1
 _ROLL_S = 0.3
 # Trials to leave out waypoints, each with more of them kept.
 _TRIALS = 12
+# Number of the heights of waypoints above given ones, up to 10 m, that are tried second.
+_LOW = 6
 # Metres by which a limit may be broken for longer, which are rounding.
 _SAME_M = 1e-3
 
@@ -44,7 +46,7 @@ def flyable(problem: Problem, track: SmoothedTrack, simplify_m: float) -> list[R
     points = route(track, leg_tolerance_m(corridor_m))
     planned = timed(points, problem.aircraft.cruise_speed_m_s, problem.wind)
     kept = early(problem, spaced(planned, apart_m(problem)), planned, _APART_S)
-    for few in (_fewest(problem, kept, simplify_m), kept):
+    for few in _trials(problem, kept, simplify_m):
         made = stepped(few, kept, _APART_S)
         if not is_too_high(problem, planned, made, with_steps=True):
             break
@@ -59,20 +61,33 @@ def apart_m(problem: Problem) -> float:
     return _APART_S * (problem.aircraft.cruise_speed_m_s + math.hypot(*problem.wind))
 
 
-def _fewest(problem: Problem, points: Sequence[Timed], simplify_m: float) -> list[Timed]:
-    """Return waypoints that break no limit for longer than all of them do.
+def _trials(
+    problem: Problem, points: Sequence[Timed], simplify_m: float
+) -> Iterator[Sequence[Timed]]:
+    """Yield waypoints that break no limit for longer than all of them do, the fewest first.
 
     All are kept where the track begins before the start, in a turn from the heading there.
     """
     ends = zip((points[0], points[-1]), (problem.start, problem.goal), strict=True)
     is_away = any(math.dist(_place(each), end) > _SAME_M for each, end in ends)
-    if is_away or not simplify_m:
-        return list(points)
+    if simplify_m and not is_away:
+        # Lower legs keep some limits that higher ones break.
+        for raised_m in (RAISED_M, RAISED_M[:_LOW]):
+            few = _fewest(problem, points, simplify_m, raised_m)
+            if few is not None:
+                yield few
+    yield points
+
+
+def _fewest(
+    problem: Problem, points: Sequence[Timed], simplify_m: float, raised_m: Sequence[float]
+) -> list[Timed] | None:
+    """Return waypoints that break no limit for longer than all of them do, or None."""
     evaluator = Evaluator(problem, threads=1)
     allowed = _broken(evaluator, points)
     pinned: set[int] = set()
     for _ in range(_TRIALS):
-        made = thinned(points, simplify_m, SUSTAINED * climb_m_s(problem), pinned)
+        made = thinned(points, simplify_m, SUSTAINED * climb_m_s(problem), pinned, raised_m)
         broken = _broken(evaluator, made)
         worse = [
             place
@@ -83,8 +98,11 @@ def _fewest(problem: Problem, points: Sequence[Timed], simplify_m: float) -> lis
         ]
         if not worse:
             return made
-        pinned |= _around(points, made, worse)
-    return list(points)
+        more = _around(points, made, worse)
+        if more <= pinned:
+            break
+        pinned |= more
+    return None
 
 
 def _broken(evaluator: Evaluator, points: Sequence[Timed]) -> dict[str, list[tuple[float, float]]]:

@@ -5,7 +5,7 @@ import pytest
 from shapely.geometry import LineString
 
 from pathgene.host.mission.autopilot.route import RoutePoint
-from pathgene.host.mission.autopilot.thinning import thinned
+from pathgene.host.mission.autopilot.thinning import RAISED_M, thinned
 from pathgene.host.mission.autopilot.timing import timed
 
 
@@ -42,7 +42,7 @@ def test_fewer_legs_stay_close_and_nowhere_below(seed, tolerance_m):
     low = np.interp(at, [each.t_s for each in points], before[:, 2])
     high = np.interp(at, [each.t_s for each in made], after[:, 2])
     assert (high - low).min() > -1e-6
-    assert (high - low).max() < 10.0 + 1e-6
+    assert (high - low).max() < RAISED_M[-1] + 1e-6
     rates = np.diff(after[:, 2]) / np.diff([each.t_s for each in made])
     old = np.diff(before[:, 2]) / np.diff([each.t_s for each in points])
     assert rates.max() <= max(CLIMB_M_S, old.max()) + 1e-6

@@ -1,5 +1,8 @@
 """The benchmark of scale: rows in processes of their own, over ground from a seed."""
 
+import subprocess
+import sys
+
 import numpy as np
 
 from bench import scale
@@ -27,3 +30,23 @@ def test_missions_have_their_zones_and_points():
     assert len(whole.problem.zones) == 100
     assert whole.legs == 6
     assert scale.mission(terrain, 0, 0).legs == 1
+
+
+def test_a_long_plan_is_not_repeated_and_one_that_takes_too_long_has_no_row(monkeypatch, tmp_path):
+    file = tmp_path / "land.npz"
+    np.savez(file, elevation=scale.land(200).astype(np.float32), dx_m=60.0, dy_m=60.0)
+    monkeypatch.setattr(scale, "_LONG_S", 0.0)
+    row = scale.measure(str(file), "astar", 0, 0)
+    assert row["second_s"] is None
+    assert scale._cells(row)[1] == "-"
+    monkeypatch.setattr(scale, "_MOST_S", 0.01)
+    assert scale._cells(scale._alone(file, "astar", 0, 0)) == ("-",) * 4
+
+
+def test_the_peak_is_of_the_process_alone():
+    peak = "from bench.scale import _peak_mb; print(_peak_mb())"
+    large = np.ones(50_000_000)
+    done = subprocess.run(
+        [sys.executable, "-c", peak], stdout=subprocess.PIPE, text=True, check=True
+    )
+    assert float(done.stdout) < 1e-6 * large.nbytes

@@ -18,7 +18,7 @@ __all__ = ["Routes"]
 Path = NDArray[np.float64]
 
 _ASTAR = "astar"
-# Time limit of the search where the import of SciPy has used the time up.
+# Time limit of the search where the import of HiGHS has used the time up.
 _LEAST_S = 1e-3
 
 
@@ -57,7 +57,7 @@ class Routes:
         run = self._run
         if self._is_stopped:
             return
-        # They load SciPy.
+        # They load HiGHS.
         from pathgene.host.planners.chip.polish import POLISHED_WAYPOINTS
         from pathgene.host.planners.grid.astar import AstarPlanner, fine_searches
 
@@ -98,7 +98,7 @@ class Routes:
             path, evaluation = choose(run.evaluator, run.candidates)
         if self._is_stopped or not evaluation.feasible:
             return
-        # It loads SciPy.
+        # It loads HiGHS.
         from pathgene.host.planners.grid.refinement import refined
 
         better = refined(run, path, evaluation.fitness)

@@ -157,7 +157,7 @@ class ChipRuns:
 
     def _polished(self, paths: list[NDArray[np.float64]]) -> NDArray[np.float64]:
         """Evaluate the polished paths; return the fitness of each, (m,)."""
-        # It loads SciPy.
+        # It loads HiGHS.
         from pathgene.host.planners.chip.polish import polished
 
         run = self._run

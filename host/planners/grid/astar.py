@@ -90,7 +90,7 @@ class AstarPlanner:
     (:func:`~pathgene.host.planners.grid.narrow.narrow_searches`), unless the plan has no more than
     :data:`QUICK_SEARCHES` generations. They take seconds.
 
-    The route comes from Dijkstra's algorithm and costs the same as with A*. SciPy searches the
+    The route comes from Dijkstra's algorithm and costs the same as with A*. A kernel searches the
     whole grid in less time than it takes to build the graph, so a heuristic would save nothing.
 
     Parameters

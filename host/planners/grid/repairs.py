@@ -77,7 +77,7 @@ def _detoured(evaluator: Evaluator, path: Path, *, at_goal: bool) -> Path | None
 
 
 def _lowest(evaluator: Evaluator, path: Path) -> Path | None:
-    # They load SciPy.
+    # They load HiGHS.
     from pathgene.host.planners.grid.altitudes import lowest_altitudes
     from pathgene.host.planners.grid.grid_search import Prices
 

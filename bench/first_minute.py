@@ -19,6 +19,8 @@ __all__ = ["run"]
 
 #: Runs of each command that are measured, after a first one.
 RUNS = 7
+#: Runs of each command before these.
+FIRST = 1
 _PLAN = (
     *("plan", "--terrain", "jacksboro", "--agl", "--start", "2300,2500,100"),
     *("--goal", "26900,28400,100", "--nofly-circle", "10900,11600,2100"),
@@ -48,7 +50,7 @@ def run(options: Options) -> Report:
     )
     with tempfile.TemporaryDirectory() as folder:
         for name, command in _COMMANDS.items():
-            runs = [_measured(command, Path(folder)) for _ in range(RUNS + 1)][1:]
+            runs = [_measured(command, Path(folder)) for _ in range(FIRST + RUNS)][FIRST:]
             processor, first = zip(*runs, strict=True)
             report.rows.append((name, min(processor), median(processor), min(first)))
     return report

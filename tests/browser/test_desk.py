@@ -291,7 +291,7 @@ def test_files_are_opened_by_what_they_are(open_desk, tmp_path):
     plan(page)
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.long)])
 def test_it_fits_a_small_screen(open_desk, scheme):
     page = open_desk(width=390, height=800, color_scheme=scheme)
     wide = page.evaluate("document.documentElement.scrollWidth")

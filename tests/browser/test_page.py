@@ -234,7 +234,10 @@ def test_the_guard_notices_a_websocket(new_page):
 
 
 @pytest.mark.ci
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind",
+    [pytest.param(kind, marks=[pytest.mark.long] if kind == "voids" else []) for kind in KINDS],
+)
 def test_every_kind_of_plan_is_drawn(opened, kind):
     page = opened(kind)
     for view in VIEWS:

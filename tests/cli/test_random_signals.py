@@ -334,8 +334,9 @@ def test_a_command_that_does_not_heed_its_signal_is_noticed(tmp_path, kind):
         for name in COMMANDS
     ],
 )
-def test_two_signals(trial, name):
-    for seed, number in enumerate((signal.SIGTERM, signal.SIGHUP)):
+@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.long)])
+def test_two_signals(trial, name, count):
+    for seed, number in enumerate((signal.SIGTERM, signal.SIGHUP)[:count]):
         trial(name, number, seed)
     trial.clean(name)
 

@@ -22,6 +22,10 @@ from tools.equivalence import (
 )
 
 
+# A unit of registers and one of arithmetic; RunLimits is compared below, too.
+CI = "SkidBuffer", "PathReducer"
+
+
 def both(name):
     """Return the Verilog of a unit that Yosys decides as it is, and its netlist."""
     make = units()[name]
@@ -29,19 +33,27 @@ def both(name):
     return as_module(make()), synthesized(built)
 
 
-@pytest.mark.ci
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.ci if name in CI else pytest.mark.long)
+        for name in QUICK
+    ],
+)
 def test_a_netlist_is_its_unit(name):
     assert check(units()[name]).verdict == "equal"
 
 
-@pytest.mark.ci
-def test_a_changed_table_is_noticed():
+@pytest.mark.parametrize(
+    "every",
+    [pytest.param(16, marks=pytest.mark.ci), pytest.param(4, marks=pytest.mark.long)],
+)
+def test_a_changed_table_is_noticed(every):
     verilog, netlist = both("SkidBuffer")
     tables = sum(cell["type"] == "LUT4" for cell in netlist["modules"]["unit"]["cells"].values())
     assert compared(verilog, netlist) == "equal"
     assert tables > 10
-    for number in range(0, tables, 4):
+    for number in range(0, tables, every):
         assert compared(verilog, with_fault(netlist, number)) == "different", number
 
 
@@ -56,8 +68,13 @@ def test_a_changed_start_is_noticed():
         assert compared(verilog, changed) == verdict, name
 
 
-@pytest.mark.ci
-@pytest.mark.parametrize("pins", [{}, {"CLK": "DI"}], ids=["edge", "clock"])
+@pytest.mark.parametrize(
+    "pins",
+    [
+        pytest.param({}, marks=pytest.mark.ci, id="edge"),
+        pytest.param({"CLK": "DI"}, marks=pytest.mark.long, id="clock"),
+    ],
+)
 def test_a_changed_clock_is_noticed(pins):
     verilog, netlist = both("SkidBuffer")
     cell = netlist["modules"]["unit"]["cells"]["kept.last_TRELLIS_FF_Q"]

@@ -18,8 +18,16 @@ COSTLY = {
 }
 
 
+#: Faults that take seconds; each proof notices other faults in CI.
+COSTLY_FAULTS = {
+    ("run_control", "cycles start again"),
+    ("run_control", "what is collected stays pending"),
+    ("sorter", "one too many drops the worst although it is worse"),
+}
+
+
 def marks(name, proof, what):
-    if proof.is_long(what):
+    if proof.is_long(what) or (name, what) in COSTLY_FAULTS:
         return [pytest.mark.long]
     return [pytest.mark.ci] if what in proof.faults or (name, what) in COSTLY else []
 

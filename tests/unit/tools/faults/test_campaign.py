@@ -178,9 +178,14 @@ def test_a_bug_chosen_without_the_simulator_is_noticed(bug, seed):
 ONCE_BROKEN = (4, 441, 147)
 
 
-def test_a_session_on_the_verilated_chip(monkeypatch):
-    done = list(run(Board.SIM, [0, 1], jobs=1))
+@pytest.mark.parametrize(
+    ("seeds", "once_broken"),
+    [((0,), ONCE_BROKEN[:1]), pytest.param((1,), ONCE_BROKEN[1:], marks=pytest.mark.long)],
+    ids=["one", "others"],
+)
+def test_a_session_on_the_verilated_chip(monkeypatch, seeds, once_broken):
+    done = list(run(Board.SIM, seeds, jobs=1))
     monkeypatch.setattr("tools.faults.case._at_a_command", lambda rng, case, extent: case)
-    done += run(Board.SIM, ONCE_BROKEN, jobs=1)
+    done += run(Board.SIM, once_broken, jobs=1)
     for case, verdict in done:
         assert verdict.violation == "", case.to_json()

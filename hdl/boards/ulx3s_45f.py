@@ -44,7 +44,7 @@ _PLANNER = replace(
     platform=_PlannerPlatform,
     # 25 MHz to 81.25 MHz.
     pll=Ecp5Pll(feedback_divider=1, second_divider=26, output_divider=8),
-    # One cycle a point would take 15 more of the 72 multipliers and a seventh more of the LUTs.
+    # One cycle a point would take 15 more multipliers, of which 6 are left, and 3,300 more LUTs.
     sizes=_PAPER.sizes.replace(
         core=GeneticCore.PLANNER, altitude_bits=9, max_waypoints=18, point_cycles=2
     ),

@@ -151,7 +151,9 @@ def test_runs_equal_the_model(config, rows, runs, generations):
     if runs >= 40:
         assert {kind[:2] for kind in kinds} == {(1, False), (2, False), (1, True), (2, True)}
         assert {kind[2:4] for kind in kinds} == {(0, 0), (0, 1), (1, 0), (1, 1)}
-        assert {kind[4] for kind in kinds} == {False, True}
+        # The limits of runs that wait are shorter than a route over 64 x 64 blocks.
+        if config.map_size < 512:
+            assert {kind[4] for kind in kinds} == {False, True}
 
 
 @pytest.mark.long

@@ -7,7 +7,8 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from pathgene.hdl.config import Config
 from pathgene.hdl.layouts import point_layout
 from pathgene.hdl.planner.layouts import problem_layout
-from pathgene.hdl.planner.scorer.arcs import ArcFitter, ArcMeasurer, ArcPlacer
+from pathgene.hdl.planner.scorer.arc_fitter import ArcFitter
+from pathgene.hdl.planner.scorer.arcs import ArcMeasurer, ArcPlacer
 from pathgene.hdl.planner.scorer.measurers import SegmentMeasurer, TurnMeasurer
 from pathgene.hdl.planner.scorer.path_pricer import PathPricer
 from pathgene.hdl.planner.scorer.penalty_counter import PenaltyCounter, SlopeComparator

@@ -21,8 +21,8 @@ CHIPS = (
     SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
     SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
     Config(core="none"),
-    SMALL.replace(core="planner", checker=CheckerBuild.PARALLEL, lanes=4),
     SMALL.replace(core="planner", checker=CheckerBuild.PARALLEL, lanes=4, point_cycles=2),
+    SMALL.replace(core="planner", checker=CheckerBuild.PARALLEL, lanes=4),
 )
 
 

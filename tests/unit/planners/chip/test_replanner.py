@@ -146,8 +146,8 @@ def test_a_zone_that_is_not_active_at_the_passage_stays_open(make_evaluator, sea
 
 def test_a_zone_that_is_active_at_the_passage_is_drawn_for_the_next_search(make_evaluator, search):
     before = search.run(make_evaluator(rules=NO_MARGINS))
-    x, y, _ = before.path[len(before.path) // 2]
-    active = Zone.circle(x, y, 300, t0_s=20.0, t1_s=900.0)
+    x, y, _ = before.path[-2]
+    active = Zone.circle(x, y, 400, t0_s=10.0, t1_s=900.0)
     after = before.replan(zones=[active, replace(WALL, t0_s=3600.0)])
     assert after.evaluation.feasible
     assert after.fallback is None

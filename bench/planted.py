@@ -32,7 +32,7 @@ __all__ = ["CLAIMED", "FAMILIES", "TUNING", "Planted", "planted"]
 Floats = NDArray[np.float64]
 
 #: Seeds for tuning, and seeds for claims: nobody looks at a claimed problem while tuning.
-TUNING, CLAIMED = range(100), range(30_000, 30_100)
+TUNING, CLAIMED = range(100), range(50_000, 50_100)
 
 _RELIEF_M = 60.0
 # Height of walls of ground over the floor, and of the ceiling, which keeps paths between them.

@@ -100,7 +100,14 @@ def test_a_row_that_is_none_is_refused():
         run(Options(only="none"))
 
 
-TOLD = {"alive": True, "ended": "arrived", "zone": None, "clearance": 30.0, "changes": []}
+TOLD = {
+    "flown": True,
+    "alive": True,
+    "ended": "arrived",
+    "zone": None,
+    "clearance": 30.0,
+    "changes": [],
+}
 
 
 def change(active_ms, *attempts, at_once=True, needed=True, held=False):
@@ -126,10 +133,31 @@ def cells(flights, yardstick):
 
 def test_what_cannot_be_survived_does_not_count():
     arrived, holding, dead = TOLD, TOLD | {"ended": "holding"}, TOLD | {"alive": False}
-    yardstick = {0: arrived, 1: holding, 2: dead, 3: arrived}
-    row, failures = cells({0: arrived, 1: holding, 2: dead, 3: holding}, yardstick)
-    assert row["survived, of the yardstick's survivals"] == "2 of 3 (66.7 %)"
+    yardstick = {0: arrived, 1: holding, 2: dead, 3: arrived, 5: dead}
+    flights = {0: arrived, 1: holding, 2: dead, 3: holding, 4: arrived, 5: holding}
+    row, failures = cells(flights, yardstick)
+    # The yardstick need not fly where the flight arrives.
+    assert row["survived, of those that can be"] == "3 of 4 (75.0 %)"
     assert [failure["scenario"] for failure in failures] == [3]
+
+
+def test_the_yardstick_flies_where_a_row_does_not_arrive(canyon, tmp_path, monkeypatch):
+    monkeypatch.setattr(replan, "_STORE", tmp_path / "replans.json")
+    monkeypatch.setattr(replan, "measure_host_s", lambda mission: 0.007)
+    monkeypatch.setattr(replan, "_draw_worst", lambda *rest: None)
+    monkeypatch.setattr(pages, "keep", lambda *rest: None)
+    chip, count = "ga-chip, model:", 2 * len(KINDS)
+    monkeypatch.setattr(replan, "ROWS", {name: ROWS[name] for name in (YARDSTICK, chip)})
+    ends = {13: {"ended": "holding"}, 15: {"alive": False}}
+
+    def measure(bench, tasks, work, *, name, keep):
+        for task in tasks:
+            keep(task, [TOLD | ends.get(number, {}) for number in task[1]])
+
+    monkeypatch.setattr(replan, "measure", measure)
+    report = run(Options(seeds=count))
+    flown = {row[0]: row[1] for row in report.rows}
+    assert flown == {YARDSTICK: len(KINDS) + len(ends), chip: count}
 
 
 def test_where_there_is_a_path_at_once():

@@ -142,6 +142,9 @@ class Terrain:
             values["name"] = _as_text(values["name"])
         if values.keys() & _OF_FRAME:
             changed.__dict__.pop("metric", None)
+        if "elevation" in values:
+            for name in ("lowest", "highest"):
+                changed.__dict__.pop(name, None)
         for name, value in values.items():
             object.__setattr__(changed, name, value)
         return changed

@@ -151,7 +151,7 @@ class FieldDecoder(Unit):
     repeated : In(1)
         The command has been executed before: the next three members do not affect a RUN.
     running : In(1)
-        A run is in progress; most commands of the planner core must wait for its end.
+        A run is in progress, whose end the commands of the planner core except STOP must await.
     has_problem, has_population : In(1)
         There is a problem; there is a population for a warm run.
     """

@@ -46,14 +46,14 @@ def finer(problem: Problem, parts: int) -> Problem:
 
 
 def on_grid(problem: Problem, terrain: Terrain, zones: tuple[Zone, ...] | None = None) -> Problem:
-    """Return the problem over another grid of the same ground, for searches alone.
+    """Return the problem over a new grid of the same ground, for searches alone.
 
-    Nothing is checked: an end on the ground may lie below a node of the other grid.
+    Nothing is checked: an end on the ground may lie below a node of the new grid.
 
     Parameters
     ----------
     zones : tuple of Zone, optional
-        Its zones; by default those of the problem.
+        Its zones; by default the problem's.
     """
     other = object.__new__(type(problem))
     values = {field.name: getattr(problem, field.name) for field in dataclasses.fields(problem)}

@@ -20,7 +20,7 @@ def decode_cells(
 ) -> tuple[list[int], int]:
     """Return the whole cells in ``payload``, by rows, and the bytes that they take.
 
-    The cells are at most those of a rectangle of ``width`` columns and ``height`` rows: see
+    There are at most ``height`` rows of ``width`` cells: see
     :func:`pathgene.hdl.protocol.messages.coded_map_request`.
     """
     data = np.frombuffer(payload, dtype=np.uint8)

@@ -56,11 +56,11 @@ class Seeder(Unit):
     length : In(13)
         Blocks of the route, 1 or more. Steady.
     follows : In(1)
-        The waypoints are at the turns, or those of the guide. Steady.
+        The waypoints are at the turns, or above the guide's. Steady.
     turns : In(range(max_waypoints + 1))
         Their number, 2 or more with ``follows``. Steady.
     guided : In(1)
-        With ``follows``: they are those of the guide. Steady.
+        With ``follows``: they are above the guide's. Steady.
     block_shift : In
         Corners along the edge of a block, as a power of two. Steady.
     launch : In(1)

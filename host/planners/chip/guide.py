@@ -26,7 +26,7 @@ def guide_of(
 ) -> list[tuple[int, int, int]]:
     """Return corners and steps of a path's waypoints, as many as the chip's paths may have.
 
-    Of a longer path the waypoints are left out without which it changes least, one after another.
+    From a longer path, waypoints without which it changes least are left out, one after another.
     Waypoints before a committed point of an end
     (:func:`pathgene.host.planners.chip.problem_record.committed_points`) are left out, too. The
     steps are above the path. Empty for a path with fewer waypoints than the chip's shortest.

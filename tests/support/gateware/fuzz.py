@@ -92,6 +92,7 @@ class Fuzz:
             expected = self._answers(frame)
             answer = port.read(len(expected))
             ((body, _),) = _bodies(answer)
+            assert body[2] == Status.OK, (self.frames, answer.hex(" "), expected.hex(" "))
             if not layout.unpack(body[BODY_HEADER_BYTES:])["running"]:
                 assert answer == expected, (answer.hex(" "), expected.hex(" "))
                 return

@@ -57,7 +57,7 @@ def test_no_corner_lies_below_the_ground_around_it(parts):
         above_m = grid.base_m + int(corners[row, column]) * grid.step_m - ground
         assert above_m > -1e-9
         close.append(above_m)
-    # Of a finer map, the corners are closer to the ground.
+    # The corners of a finer map are closer to the ground.
     assert np.mean(close) < 70 / parts
 
 

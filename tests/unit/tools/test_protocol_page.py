@@ -56,7 +56,7 @@ def test_every_command_and_every_status():
         }
         for name, chip in CHIPS.items()
     }
-    runs = {"PROBLEM", "RUN", "STOP", "BEST", "BLOCK"}
+    runs = {"PROBLEM", "RUN", "STOP", "BEST", "BLOCK", "GUIDE", "CODED_MAP"}
     assert done["small"] == {command.name for command in Command} - runs
     assert done["planner"] > runs
     small = CHIPS["small"]["exchanges"]

@@ -205,7 +205,7 @@ def test_a_run_along_the_route_of_astar_finds_a_path(make_evaluator, monkeypatch
     assert first["guided"] == 24
     assert first["classes"][0] == "feasible"
     assert result.hardware["routes"]["chip"] > 1
-    # A longer search leaves the guide behind.
+    # A longer search leaves the guide.
     brief = planned(evaluator)
     assert brief.hardware["routes"]["chip"] < result.hardware["routes"]["chip"]
 

@@ -92,10 +92,12 @@ class Fuzz:
             expected = self._answers(frame)
             answer = port.read(len(expected))
             ((body, _),) = _bodies(answer)
-            assert body[2] == Status.OK, (self.frames, answer.hex(" "), expected.hex(" "))
-            if not layout.unpack(body[BODY_HEADER_BYTES:])["running"]:
+            # A frame that was lost has left the number of the next command uncertain.
+            is_told = body[2] == Status.OK
+            if not (is_told and layout.unpack(body[BODY_HEADER_BYTES:])["running"]):
                 assert answer == expected, (answer.hex(" "), expected.hex(" "))
-                return
+                if is_told:
+                    return
         raise TimeoutError(f"Run must end within {_LOOKS} looks")
 
     def batch(self):

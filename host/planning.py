@@ -426,8 +426,9 @@ class Search:
 
         searchers: tuple[str, ...] = ()
         if self.fallback == "astar" and not evaluator.problem.as_paper:
-            # A second search of astar would find the same.
-            searchers = SEARCHERS[1:] if self.planner == SEARCHERS[0] else SEARCHERS
+            # A second search of astar would find the same; ga-chip may have made the first one.
+            has_searched = self.planner == SEARCHERS[0] or SEARCHERS[0] in result.seconds
+            searchers = SEARCHERS[1:] if has_searched else SEARCHERS
         try:
             found = connect(evaluator, searchers=searchers, best=result.evaluation, stop=stop)
             better = found.result

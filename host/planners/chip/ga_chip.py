@@ -40,12 +40,13 @@ class ChipGeneticPlanner:
     The host sends the map and the problem, starts a run, and reads up to eight paths. It evaluates
     them in full and reports the best that is feasible by the strict rule. If none is, it starts
     another run with the next seed and other surfaces, up to eight runs in all. After the second,
-    ``astar`` searches; if it finds a path, up to three runs along it follow instead. A small
-    terrain is divided into smaller cells, except in short runs and as paper. If the map holds a box
-    of the terrain (:func:`~pathgene.host.problem.leg_box.leg_box`) and no path is feasible there,
-    as many runs follow on a map of the whole terrain. On large terrain, the rasters of the search
-    cover a box as well (:func:`~pathgene.host.planners.boxed.plan_in_box`), unless the board stays
-    open. A long plan is split into parts, each of which continues from the previous one: see
+    ``astar`` searches, unless it is proven that there is no path; if it finds one, up to three runs
+    along it follow instead. A small terrain is divided into smaller cells, except in short runs and
+    as paper. If the map holds a box of the terrain
+    (:func:`~pathgene.host.problem.leg_box.leg_box`) and no path is feasible there, as many runs
+    follow on a map of the whole terrain. On large terrain, the rasters of the search cover a box as
+    well (:func:`~pathgene.host.planners.boxed.plan_in_box`), unless the board stays open. A long
+    plan is split into parts, each of which continues from the previous one: see
     :class:`pathgene.host.planners.chip.schedule.ChipSchedule`. docs/chip_planner.md defines a run;
     the seed determines all its random numbers, so every board with the same sizes gives the same
     result.
@@ -167,7 +168,7 @@ class ChipGeneticPlanner:
                 with run.search():
                     first, further = schedule.first(), schedule.further()
                     is_over = runs.search(first[:UNGUIDED_RUNS], further)
-                    if self.adds_astar:
+                    if self.adds_astar and (is_over or not _is_impossible(run)):
                         routes.search()
                     if not is_over and routes.path is not None:
                         # If no run along it finds a better one, the route itself is the result.
@@ -224,6 +225,15 @@ class ChipGeneticPlanner:
             most = self._schedule(config, options).most_parts_of_cells
             parts = min(most, max((size - 1) // (max(problem.terrain.shape) - 1), 1))
         return CornerMap(config, problem, box, parts)
+
+
+def _is_impossible(run: Run) -> bool:
+    """Return whether it is proven that the problem has no path: no search would find one."""
+    # Loads SciPy.
+    from pathgene.host.diagnosis import diagnose
+
+    with run.phase("diagnosis"):
+        return diagnose(run.evaluator.problem).proven
 
 
 def _least_ms(chip_ms: int | None, time_limit_s: float | None) -> float | None:

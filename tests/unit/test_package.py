@@ -94,6 +94,6 @@ def test_wheel_has_command_and_licence(wheel):
     info = f"pathgene-{PROJECT['version']}.dist-info"
     points = configparser.ConfigParser()
     points.read_string(wheel.read(f"{info}/entry_points.txt").decode())
-    assert dict(points["console_scripts"]) == {"pathgene": "pathgene.__main__:main"}
+    assert dict(points["console_scripts"]) == {"pathgene": "pathgene.__main__:program"}
     assert dict(points["pathgene.boards"]) == PROJECT["entry-points"]["pathgene.boards"]
     assert wheel.read(f"{info}/licenses/LICENSE") == (ROOT / "LICENSE").read_bytes()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import copy
 import math
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -36,6 +37,8 @@ _OF_FRAME = {"elevation", "dx_m", "dy_m", "crs", "origin", "metres_per_unit"}
 _NORTH_DEG = 0.1
 # Longest side of a map, metres: farther than any place on Earth.
 _MOST_M = 1e9
+# Heights that show whether they are worth compressing.
+_SAMPLE = 2_048
 
 
 @dataclass(frozen=True, eq=False)
@@ -340,7 +343,8 @@ class Terrain:
         with (
             replacing(Path(file)) if isinstance(file, str | Path) else contextlib.nullcontext(file)
         ) as binary:
-            np.savez_compressed(
+            save = np.savez_compressed if _shrinks(self.elevation) else np.savez
+            save(
                 binary,
                 elevation=self.elevation,
                 dx_m=self.dx_m,
@@ -440,3 +444,9 @@ def _nearest(coordinate: ArrayLike, side_m: float, nodes: int) -> NDArray[np.int
 
 def _scalars(first: Floats, second: Floats) -> tuple[Any, Any]:
     return (float(first), float(second)) if first.ndim == 0 else (first, second)
+
+
+def _shrinks(heights: Floats) -> bool:
+    """Return whether compression saves a third; it does if heights are whole metres."""
+    sample = heights.ravel()[:_SAMPLE].tobytes()
+    return len(zlib.compress(sample, 1)) < 2 * len(sample) / 3

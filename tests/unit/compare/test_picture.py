@@ -87,5 +87,5 @@ def test_p_values_of_two_planners_are_in_the_subtitle(report_of):
 
 def test_writes_a_picture(report_of, tmp_path):
     save(draw(report_of(FIELDS["two"])), tmp_path / "compare.png")
-    assert imread(tmp_path / "compare.png").shape[1] == 1980
+    assert imread(tmp_path / "compare.png").shape[1] == 1927
     assert [file.name for file in tmp_path.iterdir()] == ["compare.png"]

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from pathgene.host.device.boards import url_of
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluation, Evaluator
 from pathgene.host.files.output import prepare_directory
@@ -317,6 +316,8 @@ class Search:
         entry = PLANNERS[planner]
         self.board: str | None = None
         if "board" in entry.options:
+            from pathgene.host.device.boards import url_of
+
             self.board = url_of(own.get("board", DEFAULT_BOARD))
         self.options = Options(
             generations=entry.generations if generations is None else generations,

@@ -142,17 +142,20 @@ class Present:
         It is infinite if the rest of the track is safe; otherwise it is the end of the last safe
         part, where the track is divided into equal parts of up to 50 m.
         """
-        length = run_of(pieces)
         if self.is_safe(part(pieces, first_m)):
             return math.inf
+        length = run_of(pieces)
         parts = max(math.ceil((length - first_m) / _PART_M), 1)
-        for number in range(parts):
-            begin, end = (
-                first_m + (length - first_m) * share / parts for share in (number, number + 1)
-            )
-            if not self.is_safe(part(pieces, begin, end)):
-                return begin
-        return length
+        ends = [first_m + (length - first_m) * number / parts for number in range(parts + 1)]
+        # A track with an unsafe part is unsafe, so the parts are bisected.
+        safe, unsafe = 0, parts
+        while unsafe - safe > 1:
+            middle = (safe + unsafe) // 2
+            if self.is_safe(part(pieces, first_m, ends[middle])):
+                safe = middle
+            else:
+                unsafe = middle
+        return ends[safe]
 
     def _rule(self, share: float) -> StrictRule:
         if share not in self._rules:

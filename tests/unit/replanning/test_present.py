@@ -44,6 +44,16 @@ def test_a_track_is_safe_until_shortly_before_a_zone(mission, straight):
     assert present(mission).safe_until_m(track, 0.0) == math.inf
 
 
+def test_a_track_is_safe_until_a_zone_that_is_active_when_the_track_reaches_it(mission, straight):
+    """The straight track reaches the first zone after some 90 s, the second after some 150 s."""
+    track = Evaluator(mission, threads=1).track(straight).pieces
+    over_by_then = Circle(4000.0, 4500.0, 200.0, t0_s=0.0, t1_s=60.0)
+    active_by_then = Circle(5400.0, 4500.0, 200.0, t0_s=60.0, t1_s=600.0)
+    air = present(mission, over_by_then, active_by_then)
+    # The border with the margin of the second zone lies 3,675 m from the start.
+    assert 3675 - 50 <= air.safe_until_m(track, 0.0) <= 3675
+
+
 def test_zones_and_their_margins(mission):
     air = present(mission, Circle(4000.0, 4500.0, 200.0), Circle(4100.0, 4500.0, 200.0))
     beside = Pose(3790.0, 4500.0, 250.0, 1.0, 0.0, 0.0)

@@ -29,6 +29,7 @@ NAMES = {
     "chip": "the planner core: F by chip time, compared with planners, and clearances",
     "held-out": "the planner core compared with astar on ground that nothing is tuned for",
     "untuned": "the default planner, astar and peers on 200 generated problems; only if named",
+    "real-maps": "the default planner, astar and peers on the nine maps of quality",
     "complete": "planted problems, solvable by construction: how many are solved; only if named",
     "chip-ablation": "choices of the planner core, one changed at a time",
     "chip-cycles": "cycles of a generation of the planner core by unit, by cycles of a point",

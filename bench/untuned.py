@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import importlib.util
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from statistics import mean
 from typing import Any
 
@@ -23,6 +23,7 @@ from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners.base import Result
 from pathgene.host.planners.chip.polish import polished
 from pathgene.host.planning import Search
+from pathgene.host.problem.problem import Problem
 
 
 _YARDSTICK, _DEFAULT = "astar", "ga-chip"
@@ -35,7 +36,7 @@ VARIANTS: dict[str, tuple[str, dict[str, Any]]] = {
     "chip alone, 10 ms, unpolished": (_DEFAULT, {"chip_ms": 10, "polish": "off"}),
 }
 #: Titles of the tables by the clearance; None stands for paper mode.
-_TABLES = {"paper mode": None, "with a clearance of 30 m": 30.0}
+RULES = {"paper mode": None, "with a clearance of 30 m": 30.0}
 # F below another's counts only beyond this.
 _EQUAL = 1e-4
 
@@ -64,7 +65,7 @@ def run(options: BenchOptions) -> Report:
     has_peers = importlib.util.find_spec("ompl") is not None
     tasks = [
         (kind, seed, clearance_m)
-        for clearance_m in _TABLES.values()
+        for clearance_m in RULES.values()
         for kind in KINDS
         for seed in seeds
     ]
@@ -74,16 +75,16 @@ def run(options: BenchOptions) -> Report:
         [(task, has_peers and task[2] is None) for task in tasks],
         plan,
         name=lambda task: f"{task[0][0]}, clearance {task[0][2]}",
-        prepare=_compile,
+        prepare=prepare,
         spawned=True,
     )
     found = dict(zip(tasks, outcomes, strict=True))
     reports = []
-    for title, clearance_m in _TABLES.items():
+    for title, clearance_m in RULES.items():
         kinds = {kind: [found[kind, seed, clearance_m] for seed in seeds] for kind in KINDS}
         claim = "claimed seeds, not used while tuning" if options.claimed else "tuning seeds"
         with_peers = has_peers and clearance_m is None
-        reports.append(table(f"{title}, {claim}", kinds, with_peers))
+        reports.append(table(f"generated problems, {title}, {claim}", kinds, with_peers))
     if not has_peers:
         reports[0].notes.append("OMPL is not installed: no peers (pip install '.[peers]').")
     reports[0].data = {
@@ -95,13 +96,18 @@ def run(options: BenchOptions) -> Report:
     return dataclasses.replace(reports[0], further=reports[1:])
 
 
-def table(title: str, kinds: dict[str, list[Outcome]], has_peers: bool) -> Report:
-    """Return the table of one set of rules."""
+def table(
+    title: str, kinds: Mapping[str, Sequence[Outcome]], has_peers: bool, first: str = "kind"
+) -> Report:
+    """Return the table of one set of rules: a row for each kind of problems, and one for all.
+
+    ``first`` is the title of the column of kinds.
+    """
     columns = [*VARIANTS, *([_PEER] if has_peers else ())]
     report = Report(
-        f"Mean F on generated problems, {title}",
+        f"Mean F on {title}",
         (
-            "kind",
+            first,
             "problems",
             *columns,
             "not feasible",
@@ -134,7 +140,7 @@ def table(title: str, kinds: dict[str, list[Outcome]], has_peers: bool) -> Repor
     return report
 
 
-def _cells(some: list[Outcome], columns: list[str]) -> list[object]:
+def _cells(some: Sequence[Outcome], columns: Sequence[str]) -> list[object]:
     """Return the cells of a kind after the number of its problems."""
     solved = [each for each in some if all(each.fitness[column] for column in columns)]
     means: list[object] = [
@@ -161,9 +167,12 @@ def _cells(some: list[Outcome], columns: list[str]) -> list[object]:
 
 
 def plan(task: _Task, has_peers: bool, generations: int | None = None) -> Outcome:
+    """Return the outcome of all planners for a generated problem."""
+    return outcome_of(generated(*task), has_peers, generations)
+
+
+def outcome_of(problem: Problem, has_peers: bool, generations: int | None = None) -> Outcome:
     """Return the outcome of all planners for a problem."""
-    kind, seed, clearance_m = task
-    problem = generated(kind, seed, clearance_m)
     fitness: dict[str, float | None] = {}
     for name, (planner, own) in VARIANTS.items():
         evaluator = Evaluator(problem, threads=1)
@@ -210,6 +219,6 @@ def peer(
     return best
 
 
-def _compile() -> None:
+def prepare() -> None:
     """Compile all code, or load it from the cache, before anything is timed."""
     plan(("fractal", TUNING[0], None), False, generations=2)

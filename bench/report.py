@@ -52,6 +52,10 @@ class Report:
     #: Tables below this one, each with its own rows and notes.
     further: Sequence[Report] = ()
 
+    def __post_init__(self) -> None:
+        # The JSON has a row as a dictionary.
+        assert len(set(self.columns)) == len(self.columns), self.columns
+
     def text(self, level: int = 2) -> str:
         """Return the tables in Markdown, with headings of the given level."""
         cells = [list(self.columns), *([_cell(value) for value in row] for row in self.rows)]

@@ -35,6 +35,7 @@ NAMES = {
     "chip-cycles": "cycles of a generation of the planner core by unit, by cycles of a point",
     "chip-replans": "replans on the chip compared with astar: a disc appears ahead in flight",
     "replan": "1,000 flights in which zones appear; hours, so only if named",
+    "replan-host": "the host's share of a replan by its parts",
     "onboard": "plans whose collisions the board counts, compared with the host's",
     "allaire-table1": "ga-pc and ga-fpga per phase, compared with table 1 of allaire-2008",
     "cheng-table4": "ga-dp and ga-auv on the AUV problem, compared with the paper's table IV",

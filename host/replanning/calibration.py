@@ -10,10 +10,13 @@ from __future__ import annotations
 import importlib
 import math
 import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from statistics import median
 
 from pathgene.hdl.config import GeneticCore
 from pathgene.host.device.boards import open_board, with_core
+from pathgene.host.device.chip import Chip
 from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.machine import keep_memory
@@ -40,13 +43,20 @@ _AHEAD_M = 3.0
 _DIGITS = 5
 
 
-def measure_host_s(mission: Problem) -> float | None:
+def measure_host_s(
+    mission: Problem, watch: Callable[[Chip], AbstractContextManager[object]] = nullcontext
+) -> float | None:
     """Return the host's share of a replan without repair, seconds.
 
     It is the median of a few replans, in each of which a zone appears on the path of the mission
     ahead of the aircraft: all that a flight does from the change until the path can be passed on,
     from the check of the current track to the check of the new one. It is None if too few of them
     find a path in the first run.
+
+    Parameters
+    ----------
+    watch : callable
+        Receives the chip and returns a context manager in which a replan is measured.
 
     Raises
     ------
@@ -66,16 +76,17 @@ def measure_host_s(mission: Problem) -> float | None:
             zone, leaves_m = _change(plan, number / (_REPLANS - 1))
             waited_s, began = chip.link.traffic.waiting_s, time.perf_counter()
             try:
-                present = Present(mission, (*mission.zones, zone), mission.goal, mission.wind)
-                present.safe_until_m(track, leaves_m - _AHEAD_M)
-                departure = depart(present, track, leaves_m, is_committed=True)
-                problem = departure.problem(present, mission.aircraft)
-                found = search.replan(plan, Evaluator(problem, threads=1))
+                with watch(chip):
+                    present = Present(mission, (*mission.zones, zone), mission.goal, mission.wind)
+                    present.safe_until_m(track, leaves_m - _AHEAD_M)
+                    departure = depart(present, track, leaves_m, is_committed=True)
+                    problem = departure.problem(present, mission.aircraft)
+                    found = search.replan(plan, Evaluator(problem, threads=1))
+                    path = found.evaluator.track(found.path).pieces
+                    fault_of(departure.joined(path, leaves_m - _AHEAD_M), present)
             except InputError:
                 # Start or goal is in the zone.
                 continue
-            path = found.evaluator.track(found.path).pieces
-            fault_of(departure.joined(path, leaves_m - _AHEAD_M), present)
             spent_s = time.perf_counter() - began
             runs = [] if found.result.hardware is None else found.result.hardware["runs"]
             if [run["repairs"] for run in runs] == [0]:

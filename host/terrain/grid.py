@@ -37,8 +37,6 @@ _OF_FRAME = {"elevation", "dx_m", "dy_m", "crs", "origin", "metres_per_unit"}
 _NORTH_DEG = 0.1
 # Longest side of a map, metres: farther than any place on Earth.
 _MOST_M = 1e9
-# Heights that show whether they are worth compressing.
-_SAMPLE = 2_048
 
 
 @dataclass(frozen=True, eq=False)
@@ -448,5 +446,5 @@ def _scalars(first: Floats, second: Floats) -> tuple[Any, Any]:
 
 def _shrinks(heights: Floats) -> bool:
     """Return whether compression saves a third; it does if heights are whole metres."""
-    sample = heights.ravel()[:_SAMPLE].tobytes()
+    sample = heights.ravel()[:: max(heights.size // 2_048, 1)].tobytes()
     return len(zlib.compress(sample, 1)) < 2 * len(sample) / 3

@@ -1,5 +1,6 @@
 import json
 import warnings
+import zipfile
 
 import numpy as np
 import pytest
@@ -250,6 +251,25 @@ def test_npz_round_trip(tmp_path):
     assert (again.dx_m, again.dy_m) == (30.0, 20.0)
     assert (again.crs, again.origin) == (UTM.crs, UTM.origin)
     assert again.to_geographic(10.0, 10.0) == UTM.to_geographic(10.0, 10.0)
+
+
+def test_only_heights_that_shrink_are_compressed(tmp_path):
+    """A quarter of the rows decides as little as a flat edge."""
+    rng = np.random.default_rng(5)
+    noise = rng.uniform(100.0, 200.0, (200, 200))
+    for heights, is_compressed in (
+        (noise, False),
+        (noise.round(), True),
+        (np.vstack((noise[:50], noise[50:].round())), True),
+        (np.vstack((np.zeros((50, 200)), noise[50:])), False),
+    ):
+        file = tmp_path / "grid.npz"
+        terrain = Terrain("noise", heights, 30.0, 30.0)
+        terrain.save_npz(file, np.zeros(heights.shape, dtype=bool))
+        with zipfile.ZipFile(file) as archive:
+            kind = archive.getinfo("elevation.npy").compress_type
+        assert (kind == zipfile.ZIP_DEFLATED) == is_compressed
+        assert np.array_equal(load(file).elevation, heights)
 
 
 def test_npz_without_a_place(tmp_path):

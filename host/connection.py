@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import itertools
 import math
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from pathgene.host.diagnosis import Figure, Reason, diagnose
 from pathgene.host.diagnosis.reason import broken_limit
+from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluation, Evaluator
 from pathgene.host.planners import PLANNERS, make
 from pathgene.host.planners.base import Options, Result, Stop
@@ -106,7 +108,9 @@ def _searched(
         if found and (found[-1][1].evaluation.feasible or (stop is not None and stop.requested)):
             break
         options = Options(generations=PLANNERS[name].generations)
-        found.append((name, plan_in_time(make(name), evaluator, options, stop=stop)))
+        # A planner that draws in free cells refuses a problem without any.
+        with contextlib.suppress(InputError):
+            found.append((name, plan_in_time(make(name), evaluator, options, stop=stop)))
     if not found:
         return None
     name, result = max(found, key=lambda each: each[1].evaluation.fitness)

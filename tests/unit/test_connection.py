@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pathgene.host.connection import SEARCHERS, connect
+from pathgene.host.errors import InputError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.planners import PLANNERS, make
 from pathgene.host.planners.base import Options, Stop
@@ -152,3 +153,25 @@ def test_names_both_headings_where_each_is_one_too_many():
 
 def test_headings_are_no_reason_where_there_is_no_path_without_them_either():
     assert connect(Evaluator(flat(zones=[WALL], start_heading_deg=90))).reason.code == "closed"
+
+
+def test_cells_without_room_are_no_bad_input():
+    """Every cell of a coarse terrain touches a zone, and the straight line passes between them."""
+    terrain = Terrain("flat", np.zeros((3, 3)), 300.0, 300.0)
+    zones = [
+        Circle(x, y, radius)
+        for x, y, radius in (
+            (200.3, 448.1, 30.0),
+            (492.1, 114.4, 72.0),
+            (415.6, 477.3, 72.0),
+            (110.9, 53.7, 30.0),
+        )
+    ]
+    start, goal = (107.9, 428.2, 5.0), (280.6, 252.6, 40.0)
+    evaluator = Evaluator(Problem(terrain, start, goal, zones=zones, rules=Rules()), threads=1)
+    assert evaluator.evaluate(np.array((start, goal))).feasible
+    with pytest.raises(InputError, match=r"^No flyable cell"):
+        make("fpa-2opt").plan(evaluator, Options(generations=2))
+    found = connect(evaluator, searchers=["fpa-2opt"])
+    assert found.result is None
+    assert found.reason is not None

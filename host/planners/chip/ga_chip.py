@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import itertools
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -198,6 +199,8 @@ class ChipGeneticPlanner:
             if isinstance(self.board, Chip) and task.is_warm:
                 with contextlib.suppress(JobError):
                     task.coarsen()
+                # Loads SciPy, for which a first replan must not wait.
+                importlib.import_module("pathgene.host.problem.no_fly_shape")
         if task.is_warm:
             result = replace(result, replanner=ChipReplanner(task))
         return result

@@ -28,7 +28,7 @@ NAMES = {
     "safety": "cost of clearances for every planner, by the rules; long, so only if named",
     "chip": "the planner core: F by chip time, compared with planners, and clearances",
     "held-out": "the planner core compared with astar on ground that nothing is tuned for",
-    "untuned": "the default planner, astar and peers on 200 generated problems; only if named",
+    "untuned": "the default planner, astar and peers on 100 generated problems; only if named",
     "real-maps": "the default planner, astar and peers on the nine maps of quality",
     "complete": "planted problems, solvable by construction: how many are solved; only if named",
     "chip-ablation": "choices of the planner core, one changed at a time",
@@ -64,8 +64,9 @@ def main() -> int:
         "--only",
         metavar="TEXT",
         default="",
-        help="of chip, chip-ablation, complete, chip-replans, fpga, flight, quality, "
-        "roberge-speed and safety, the rows, or of chip the tables, with this in their names",
+        help="of chip, chip-ablation, complete, chip-replans, fpga, flight, quality, real-maps, "
+        "replan, roberge-speed, safety and scale, the rows, or of chip the tables, with this in "
+        "their names",
     )
     parser.add_argument(
         "--claimed",

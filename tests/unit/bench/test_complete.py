@@ -24,21 +24,22 @@ def test_claimed_seeds_are_not_used_for_tuning():
 
 
 def test_counts_fallbacks_apart():
-    def outcome(by_astar, by_chip, fallback, seconds, alone=False):
+    def outcome(by_astar, by_chip, fallback, seconds, *, alone=False, guided=False):
         return {
             "astar": {"feasible": by_astar, "cpu_seconds": seconds},
             "ga-chip": {"feasible": by_chip, "fallback": fallback, "cpu_seconds": 2 * seconds}
-            | {"alone": alone},
+            | {"alone": alone, "guided": guided},
         }
 
     outcomes = [
-        outcome(True, True, None, 1.0, alone=True),
-        outcome(True, True, None, 1.0),
+        outcome(True, True, None, 0.5, alone=True),
+        outcome(True, True, None, 1.5, alone=True, guided=True),
+        outcome(True, True, None, 1.0, guided=True),
         outcome(True, True, "astar", 2.0),
         outcome(False, True, "fpa-2opt", 3.0),
         outcome(False, False, None, 6.0),
     ]
-    assert row(outcomes) == (3, 1, 4, 2, 1, 2.6, 6.0, 5.2)
+    assert row(outcomes) == (4, 2, 1, 5, 2, 1, 14 / 6, 6.0, 28 / 6)
 
 
 def test_refuses_an_unknown_family():

@@ -65,7 +65,7 @@ def random_problem(rng):
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of a problem: whether the chip alone has a path, and whether astar has one."""
+    """Outcome of a problem: whether the chip has a path, also guided, and whether astar has."""
 
     case: int
     blocked: bool
@@ -91,7 +91,7 @@ def plan_a_case(case):
     return Outcome(
         case,
         blocked=straight.distance_under_terrain_m > 0 or straight.distance_in_nofly_m > 0,
-        alone=plan.evaluation.feasible and plan.fallback is None,
+        alone=plan.fallback is None and plan.result.hardware["routes"]["chip"] is not None,
         found=plan.evaluation.feasible,
         solvable=make("astar").plan(evaluator, Options(generations=40)).evaluation.feasible,
     )

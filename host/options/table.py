@@ -293,7 +293,8 @@ _PLANNING = (
            meaning="seed of all random draws; the same seed gives the same result",
            group="planning", table="planner", default=0, example="0"),
     Option(name="fallback", kind=choice(FALLBACKS),
-           meaning="search with astar, then fpa-2opt, if the planner finds no feasible path",
+           meaning="search with astar, then fpa-2opt, if the planner finds no feasible path; "
+           "ga-chip has searched with astar before",
            group="planning", table="planner", default=FALLBACKS[0],
            default_text=f"{FALLBACKS[0]}; none with --as-paper", example=f'"{FALLBACKS[0]}"'),
 )  # fmt: skip
@@ -304,7 +305,8 @@ _OWN = (
     _own("chip_ms", INTEGER, "maximum milliseconds of a plan by the chip's clock, not counting "
          "runs without a path", "none: the generations are the limit", "8", metavar="MS"),
     _own("polish", choice(("on", "chip", "off")), "give the chip's paths the lowest altitudes, on "
-         "the host; on: also search with astar and refine the best path; chip: neither",
+         "the host; on: also search with astar, begin runs along its path where two found none, "
+         "and refine the best path; chip: neither; off: report the paths as they are",
          "on", '"on"'),
     _own("link_mode", choice(("rank", "population", "recipe")), "data sent over the link in each "
          "generation", "rank", '"rank"'),

@@ -1,6 +1,6 @@
 """The default planner compared with ``astar`` and peers on the nine maps of ``quality``.
 
-The columns are those of :mod:`bench.untuned`. Seven of the maps are real, and constants of the
+The columns are as in :mod:`bench.untuned`. Seven of the maps are real, and constants of the
 planner core were chosen on the nine.
 """
 

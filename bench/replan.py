@@ -21,7 +21,7 @@ from typing import Any
 from bench import pages
 from bench.campaign import measure
 from bench.own_paths import own_path
-from bench.replan_report import arrived, report
+from bench.replan_report import MODEL, arrived, report
 from bench.replan_scenarios import KINDS, draw_mission, draw_scenario
 from bench.report import Options, Report
 from bench.store import Store
@@ -90,7 +90,7 @@ SCENARIOS = 1_000
 #: The yardstick's row.
 YARDSTICK = "yardstick"
 # The row of the chip's model.
-_CHIP = "ga-chip, model:"
+_CHIP = MODEL
 # Its planner and its board, which also check whether a path exists.
 _MODEL = "ga-chip", "model:?core=planner"
 #: Rows: planner, board, and n if the row flies one in n scenarios.

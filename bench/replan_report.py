@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from statistics import mean, median
 from typing import Any
 
@@ -17,8 +17,15 @@ Result = dict[str, Any]
 #: Results by scenario.
 Flights = dict[int, Result]
 
+#: The row of the chip's model.
+MODEL = "ga-chip, model:"
+
 # Place of the time of chip and line in an attempt.
 _CHIP_MS = 1
+# Limits of the answers: chip and line, all together, and the length of the aircraft.
+_PROMPT_MS, _IN_ALL_MS, _LENGTH_M = 3.0, (10.0, 20.0), 1.5
+# Maximum number of flights that an answer names.
+_MOST_NAMED = 12
 
 
 def report(results: dict[str, Flights], yardstick: Flights, count: int) -> Report:
@@ -66,7 +73,74 @@ def report(results: dict[str, Flights], yardstick: Flights, count: int) -> Repor
             if not _survives(flight, yardstick.get(number)) and _can(flight, yardstick.get(number))
         ]
     table.data["failures"] = failures
+    if results.get(MODEL):
+        table.further = [_answers(results[MODEL], yardstick)]
     return table
+
+
+def _answers(flights: Flights, yardstick: Flights) -> Report:
+    """Return counts from the flights with the chip's model, and the numbers of exceptions."""
+    changes = [
+        (number, change)
+        for number, flight in flights.items()
+        for change in flight.get("changes", ())
+        if change["needed"]
+    ]
+    prompt = [(number, change) for number, change in changes if _is_prompt(change)]
+    at_once = [(number, change) for number, change in changes if _is_possible(change)]
+    ready = {number: flight["ready"] for number, flight in flights.items() if "ready" in flight}
+    lost = [number for number, flight in flights.items() if not flight["alive"]]
+    shares = [flight["share"] for flight in flights.values() if "share" in flight]
+    answers: list[tuple[str, str, Sequence[int]]] = [
+        (
+            "survived",
+            f"{len(flights) - len(lost)} of {len(flights)}; arrived: "
+            f"{sum(map(arrived, flights.values()))}",
+            lost,
+        ),
+        (
+            "not survived, but by the yardstick",
+            str(sum(yardstick.get(number, {}).get("alive", False) for number in lost)),
+            [number for number in lost if yardstick.get(number, {}).get("alive")],
+        ),
+        ("least share of the required clearance kept", f"{min(shares):.2f}" if shares else "-", ()),
+        _within("new paths by chip and line", prompt, _chip_ms, _PROMPT_MS, "ms"),
+        *(
+            _within("paths in all, where there is one at once", at_once, _active_ms, most, "ms")
+            for most in _IN_ALL_MS
+        ),
+        _within("metres flown until a new path", prompt, lambda c: c["flown_m"], _LENGTH_M, "m"),
+        (
+            "flights in which each search for a circle found one",
+            f"{sum(share == 1 for share in ready.values())} of {len(ready)}",
+            (),
+        ),
+    ]
+    table = Report(
+        f"Answers from the flights of {MODEL}",
+        ("question", "answer", "exceptions"),
+        notes=[f"Exceptions: numbers of flights, {_MOST_NAMED} at most."],
+    )
+    for question, answer, exceptions in answers:
+        named = [str(number) for number in sorted(set(exceptions))]
+        cut = [*named[:_MOST_NAMED], "..."] if len(named) > _MOST_NAMED else named
+        table.rows.append((question, answer, ", ".join(cut) or "-"))
+    return table
+
+
+def _within(
+    question: str,
+    changes: Sequence[tuple[int, Result]],
+    measure: Callable[[Result], float],
+    most: float,
+    unit: str,
+) -> tuple[str, str, Sequence[int]]:
+    """Return how many changes have a measure of at most ``most``, and the flights of the rest."""
+    later = [number for number, change in changes if not measure(change) <= most]
+    kept = len(changes) - len(later)
+    share = 100 * kept / max(len(changes), 1)
+    answer = f"{kept} of {len(changes)} ({share:.1f} %)"
+    return f"{question}: at most {most:g} {unit}", answer, later
 
 
 def arrived(result: Result) -> bool:

@@ -8,7 +8,7 @@ import pytest
 
 from bench import pages, replan, replan_scenarios
 from bench.replan import ROWS, YARDSTICK, _first_plan, fly_row, run
-from bench.replan_report import report
+from bench.replan_report import MODEL, report
 from bench.replan_scenarios import KINDS, draw_mission, draw_scenario, terrain_of
 from bench.report import Options
 from pathgene.host.errors import InputError
@@ -176,3 +176,28 @@ def test_where_there_is_a_path_at_once():
     assert row["where there is a path at once"] == "4 of 6"
     assert row["chip and line ms there"] == "5.00 / never / never / never"
     assert row["new path there after ms"] == "30.0 / never / never / never"
+
+
+def test_answers_name_the_flights_of_exceptions():
+    changes = [
+        change(12.0, ("ga-chip", 2.0)),
+        change(8.0, ("ga-chip", 2.5), ("ga-chip", 1.0)),
+        change(None, ("ga-chip", 3.0), held=True),
+    ]
+    flights = {
+        7: TOLD | {"changes": changes, "share": 0.98, "ready": 1.0},
+        2: TOLD | {"alive": False, "share": 1.2, "ready": 0.9, "changes": changes[:1]},
+    }
+    table = report({MODEL: flights}, {2: TOLD}, 2)
+    (answers,) = table.further
+    assert [row[1:] for row in answers.rows] == [
+        ("1 of 2; arrived: 1", "2"),
+        ("1", "2"),
+        ("0.98", "-"),
+        ("2 of 3 (66.7 %)", "7"),
+        ("1 of 4 (25.0 %)", "2, 7"),
+        ("3 of 4 (75.0 %)", "7"),
+        ("3 of 3 (100.0 %)", "-"),
+        ("1 of 2", "-"),
+    ]
+    assert not report({"chip": flights}, {}, 2).further

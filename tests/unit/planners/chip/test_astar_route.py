@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pathgene.hdl.config import Config
+from pathgene.host import connection
 from pathgene.host.planners.base import Options, Run, Stop
 from pathgene.host.planners.chip import ga_chip, polish
 from pathgene.host.planners.chip.astar_route import Routes
@@ -193,6 +194,24 @@ def test_without_any_path_the_fallback_decides(make_evaluator, monkeypatch):
     plan = Search("ga-chip", generations=1, fallback="astar").run(make_evaluator(rules=Rules()))
     assert plan.fallback == "astar"
     assert plan.result.hardware["route_from"] is None
+
+
+@pytest.mark.usefixtures("unrefined")
+def test_the_fallback_does_not_repeat_the_search_of_astar(make_evaluator, monkeypatch):
+    asked = []
+
+    def refused(evaluator, *, searchers, **_):
+        asked.append(searchers)
+        return connection.Connection(connection.diagnose(evaluator.problem))
+
+    monkeypatch.setattr(connection, "connect", refused)
+    monkeypatch.setattr(ChipRuns, "search", lambda *_: None)
+    for name in ("searches", "narrow_searches"):
+        monkeypatch.setattr(astar, name, lambda *_, **_options: iter(()))
+    for own in ({}, {"polish": "chip"}):
+        search = Search("ga-chip", generations=1, fallback="astar", **own)
+        assert search.run(make_evaluator(rules=Rules())).reason is not None
+    assert asked == [("fpa-2opt",), ("astar", "fpa-2opt")]
 
 
 @pytest.mark.usefixtures("unrefined")

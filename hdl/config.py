@@ -14,7 +14,17 @@ from dataclasses import dataclass
 from typing import Any
 
 
-__all__ = ["CheckerBuild", "Config", "GeneticCore", "MutationKind", "SurvivorSelection"]
+__all__ = [
+    "LINE_BITS",
+    "CheckerBuild",
+    "Config",
+    "GeneticCore",
+    "MutationKind",
+    "SurvivorSelection",
+]
+
+#: Bits of a byte on the line of a UART: start, eight data bits, stop.
+LINE_BITS = 10
 
 
 class MutationKind(enum.IntEnum):
@@ -114,7 +124,7 @@ class Config:
     clock_hz : int
         Clock of the chip in hertz, reported to the host.
     clocks_per_bit : int
-        UART divisor: cycles per bit, 4..65535.
+        UART divisor: cycles per bit, 4..65535; 0 for a byte-wide port instead of the UART.
     receive_buffer : int
         Bytes of received frames that the chip can hold, a power of two, 256..32768: the maximum of
         unacknowledged request bytes.
@@ -223,7 +233,11 @@ class Config:
         self._check("redraws", "from 0 to 7", 0 <= self.redraws <= 7)
         self._check("point_cycles", "1 or 2", 1 <= self.point_cycles <= 2)
         self._check("clock_hz", "from 1 to 4294967295", 1 <= self.clock_hz < 1 << 32)
-        self._check("clocks_per_bit", "from 4 to 65535", 4 <= self.clocks_per_bit < 1 << 16)
+        self._check(
+            "clocks_per_bit",
+            "from 4 to 65535, or 0 for a byte-wide port",
+            4 <= self.clocks_per_bit < 1 << 16 or not self.has_uart,
+        )
         self._check(
             "receive_buffer",
             "a power of two from 256 to 32768",
@@ -245,6 +259,16 @@ class Config:
     def planner_core(self) -> bool:
         """The chip has the planner core, which plans without the host."""
         return self.core is GeneticCore.PLANNER
+
+    @property
+    def has_uart(self) -> bool:
+        """The chip has a UART, not a byte-wide port."""
+        return self.clocks_per_bit != 0
+
+    @property
+    def byte_cycles(self) -> int:
+        """Cycles of a byte on the line; a byte-wide port takes one in each cycle."""
+        return LINE_BITS * self.clocks_per_bit if self.has_uart else 1
 
     @property
     def checks_paths(self) -> bool:

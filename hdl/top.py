@@ -21,7 +21,7 @@ __all__ = ["Chip"]
 
 
 class Chip(Unit):
-    """The chip with its UART; :mod:`pathgene.hdl.protocol` defines its answers.
+    """The chip with its line to the host; :mod:`pathgene.hdl.protocol` defines its answers.
 
     Source: *allaire-2008*, figure 6; if ``config`` has a checker, with the processor of *allaire
     two-tier* next to the core. The core passes its paths to the checker, and asks it for the ground
@@ -35,14 +35,29 @@ class Chip(Unit):
         Clock, and reset, which takes effect one to three cycles later, for at least four cycles.
     rx, tx : In(1), Out(1)
         UART pins, 8N1, ``config.clocks_per_bit`` cycles per bit; high when idle.
+    rx_data, rx_valid, rx_ready : In(8), In(1), Out(1)
+        Bytes from the host at a byte-wide port, which replaces the UART if
+        ``config.clocks_per_bit`` is 0: a byte is taken in each cycle in which ``rx_valid`` and
+        ``rx_ready`` are high.
+    tx_data, tx_valid, tx_ready : Out(8), Out(1), In(1)
+        Bytes for the host at a byte-wide port, in the same way.
     """
 
     config: InstanceOf(Config)
 
-    clk: In(1)
-    rst: In(1)
-    rx: In(1, init=1)
-    tx: Out(1, init=1)
+    def interface(self):
+        if self.config.has_uart:
+            line = {"rx": In(1, init=1), "tx": Out(1, init=1)}
+        else:
+            line = {
+                "rx_data": In(8),
+                "rx_valid": In(1),
+                "rx_ready": Out(1),
+                "tx_data": Out(8),
+                "tx_valid": Out(1),
+                "tx_ready": In(1),
+            }
+        return {"clk": In(1), "rst": In(1), **line}
 
     def elaborate(self, platform):
         m = Module()
@@ -70,7 +85,17 @@ class Chip(Unit):
         control = Control(self.config)
         m.submodules.control = DomainRenamer("core")(control)
 
-        m.d.comb += [line.rx.eq(self.rx), self.tx.eq(line.tx)]
+        if self.config.has_uart:
+            m.d.comb += [line.rx.eq(self.rx), self.tx.eq(line.tx)]
+        else:
+            m.d.comb += [
+                line.received.payload.eq(self.rx_data),
+                line.received.valid.eq(self.rx_valid),
+                self.rx_ready.eq(line.received.ready),
+                self.tx_data.eq(line.sent.payload),
+                self.tx_valid.eq(line.sent.valid),
+                line.sent.ready.eq(self.tx_ready),
+            ]
         connect(m, line.requests, receiver.requests)
         if self.config.planner_core:
             # On a large chip, the transmitter may be far from the line.

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathgene.hdl.config import Config
-from pathgene.host.device.schemes import CONFIG_FIELDS, BoardScheme, OpenPort, split_config
+from pathgene.host.device.schemes import CONFIG_FIELDS, BoardScheme, OpenPort
 from pathgene.host.errors import InputError, JobError
-from pathgene.sim import DEFAULT_CONFIG
+from pathgene.sim.chip_url import PORT, chip_of
 from pathgene.sim.model.chip import Chip, ModelPort
 from pathgene.sim.served_model import ServedModel
 
@@ -14,7 +14,7 @@ __all__ = ["SCHEME", "ModelScheme"]
 
 
 class ModelScheme(BoardScheme):
-    """``model:`` with the fields of the configuration as its options."""
+    """``model:`` with ``port`` and the fields of the configuration as its options."""
 
     simulated = True
 
@@ -25,7 +25,7 @@ class ModelScheme(BoardScheme):
 
     def known_config(self, url: str) -> Config:
         """Return the configuration that the URL specifies."""
-        return split_config(url, DEFAULT_CONFIG)[1]
+        return chip_of(url)[1]
 
     def serve(self, url: str, *, listen: str, pty: bool) -> ServedModel:
         """Make the model, which keeps its state when a client leaves."""
@@ -39,10 +39,10 @@ class ModelScheme(BoardScheme):
 
 def _config(url: str) -> Config:
     """Return the configuration of a URL that has no other options."""
-    rest, config = split_config(url, DEFAULT_CONFIG)
+    rest, config = chip_of(url)
     if rest != "model:":
         raise InputError(
-            f"The model takes only fields of the configuration, not {rest!r}; they are "
+            f"The model takes only {PORT} and fields of the configuration, not {rest!r}; they are "
             f"{', '.join(CONFIG_FIELDS)}."
         )
     return config

@@ -16,7 +16,6 @@ __all__ = [
     "BODY_HEADER_BYTES",
     "CRC_BYTES",
     "DELIMITER",
-    "LINE_BITS",
     "VERSION",
     "Frame",
     "FrameError",
@@ -33,8 +32,6 @@ DELIMITER = 0x00
 #: Session, sequence, code.
 BODY_HEADER_BYTES = 3
 CRC_BYTES = 4
-#: Bits of a byte on the line: start, eight data bits, stop.
-LINE_BITS = 10
 
 #: A body without its CRC, and whether the frame was plain.
 Frame = tuple[bytes, bool]

@@ -217,7 +217,12 @@ def info_reply(config: Config) -> Layout:
             ),
             Field("rank_survivors", 8, "0, 1", "1: survivors are drawn by rank; 0: uniformly"),
             Field("clock_hz", 32, "1 or more", "Clock of the chip, hertz"),
-            Field("clocks_per_bit", 16, "4 … 65535", "Cycles of a bit on the line"),
+            Field(
+                "clocks_per_bit",
+                16,
+                "4 … 65535, or 0",
+                "Cycles of a bit on the line; 0: a byte-wide port, a cycle for each byte",
+            ),
             Field("receive_buffer", 16, "power of two, 256 … 32768", "Credit in bytes, see above"),
             Field("core", 8, "0, 1, 2", "Genetic core: 0 none, 1 paper, 2 planner"),
             Field("checker", 8, "see below", "Build of the collision checker"),

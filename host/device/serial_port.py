@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from urllib.parse import parse_qsl, urlsplit
 
-from pathgene.hdl.config import Config
-from pathgene.hdl.protocol.codec import LINE_BITS
+from pathgene.hdl.config import LINE_BITS, Config
 from pathgene.host.device.schemes import (
     MAXIMUM_PATIENCE_S,
     PATIENCE_S,

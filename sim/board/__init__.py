@@ -46,9 +46,10 @@ def open_simulated(
     verilog : Callable[[int], str]
         Returns the chip's Verilog for a UART divisor.
     top : str
-        Module of the chip, with the ports ``clk``, ``rst``, ``rx`` and ``tx``.
+        Module of the chip; its ports are as in :func:`verilate`.
     clocks_per_bit : int
-        UART divisor if the URL has none; a small divisor makes a fast simulation.
+        UART divisor if the URL has none; a small divisor makes a fast simulation, 0 a byte-wide
+        port.
     listen, pty, keep
         As in :class:`SimulatedBoard`.
     build_dir : Path, optional
@@ -62,7 +63,7 @@ def open_simulated(
         If a tool is missing, or the simulator does not start.
     """
     options = parse_board_url(url)
-    divisor = options.clocks_per_bit or clocks_per_bit
+    divisor = clocks_per_bit if options.clocks_per_bit is None else options.clocks_per_bit
     program = build_program(
         options.sim,
         verilog(divisor),

@@ -70,6 +70,7 @@ void refuse(int fd) {
 
 Options Options::parse(int argc, const char* const* argv) {
     Options options;
+    bool has_divisor = false;
     for (int i = 1; i < argc; ++i) {
         const std::string name = argv[i];
         const auto value = [&] {
@@ -77,7 +78,8 @@ Options Options::parse(int argc, const char* const* argv) {
             return argv[++i];
         };
         if (name == "--clocks-per-bit") {
-            options.clocks_per_bit = static_cast<unsigned>(parse_number(name, value(), 2));
+            options.clocks_per_bit = static_cast<unsigned>(parse_number(name, value(), 0));
+            has_divisor = true;
         } else if (name == "--idle-clocks") {
             options.idle_clocks = parse_number(name, value(), 0);
         } else if (name == "--listen") {
@@ -92,7 +94,8 @@ Options Options::parse(int argc, const char* const* argv) {
             fail(2, "unknown argument " + name);
         }
     }
-    if (options.clocks_per_bit == 0) fail(2, "--clocks-per-bit is required");
+    if (!has_divisor) fail(2, "--clocks-per-bit is required");
+    if (options.clocks_per_bit == 1) fail(2, "--clocks-per-bit must be 0, or 2 or more, not 1");
     return options;
 }
 
@@ -100,8 +103,7 @@ Bridge::Bridge(const Options& options, const Pace& pace)
     : options_{options},
       pace_{pace},
       parent_{getppid()},
-      driver_{options.clocks_per_bit},
-      sampler_{options.clocks_per_bit},
+      port_{options.clocks_per_bit},
       started_{Clock::now()},
       counted_at_{started_} {
     struct sigaction action {};
@@ -124,7 +126,7 @@ Bridge::~Bridge() {
                  "%llu bytes from it, %llu line errors\n",
                  static_cast<unsigned long long>(cycles_), elapsed.count(),
                  static_cast<double>(cycles_) / elapsed.count(),
-                 static_cast<unsigned long long>(driver_.begun()),
+                 static_cast<unsigned long long>(port_.begun()),
                  static_cast<unsigned long long>(bytes_out_),
                  static_cast<unsigned long long>(line_errors_));
     for (const int fd : {listener_, client_, terminal_}) {
@@ -183,7 +185,8 @@ void Bridge::handle(UartSampler::Event event) {
     if (event == UartSampler::Event::kByte) {
         ++bytes_out_;
         moved_ = true;
-        if (client_ >= 0 && !settling_) unsent_.push_back(sampler_.byte());
+        quiet_from_ = cycles_;
+        if (client_ >= 0 && !settling_) unsent_.push_back(port_.byte());
         return;
     }
     if (++line_errors_ <= kReportedErrors) {
@@ -199,7 +202,7 @@ void Bridge::service() {
     count_silence();
     if (Clock::now() >= control_due_) check_control();
     if (settling_) settle();
-    if (!driver_.idle() || !sampler_.idle()) {
+    if (!port_.idle()) {
         moved_ = true;
         full_speed_until_ = cycles_ + options_.idle_clocks;
     } else if (running_ && !settling_ && cycles_ >= full_speed_until_) {
@@ -223,20 +226,20 @@ void Bridge::count_silence() {
 
 // Ends the time in which the chip's answers are dropped: with silence, or at the limit.
 void Bridge::settle() {
-    if (!driver_.idle() || !sampler_.idle()) quiet_from_ = cycles_;
-    settling_ = cycles_ - quiet_from_ < kQuietBits * options_.clocks_per_bit &&
+    if (!port_.idle()) quiet_from_ = cycles_;
+    settling_ = cycles_ - quiet_from_ < port_.quiet_cycles() &&
                 Clock::now() < settled_at_;
 }
 
 void Bridge::serve_client() {
     if (client_ < 0) meet_clients();
     const bool many_clients = options_.keep && !options_.pty;
-    if (many_clients && driver_.waiting() >= kFlood) lose_client();
-    if (client_ >= 0 && !settling_ && (many_clients || driver_.waiting() < kReadAhead)) {
+    if (many_clients && port_.waiting() >= kFlood) lose_client();
+    if (client_ >= 0 && !settling_ && (many_clients || port_.waiting() < kReadAhead)) {
         std::uint8_t bytes[kReadAhead];
         const auto count = read(client_, bytes, sizeof bytes);
         if (count > 0) {
-            driver_.push(bytes, static_cast<std::size_t>(count));
+            port_.push(bytes, static_cast<std::size_t>(count));
             moved_ = true;
             full_speed_until_ = cycles_ + options_.idle_clocks;
         } else if (count == 0 || (errno != EAGAIN && errno != EINTR)) {
@@ -259,7 +262,7 @@ void Bridge::send_to_client() {
     if (count > 0) {
         unsent_.erase(unsent_.begin(), unsent_.begin() + count);
         moved_at_ = answered_at_ = Clock::now();
-        answered_begun_ = driver_.begun();
+        answered_begun_ = port_.begun();
         silence_ = Clock::duration::zero();
     } else if (count < 0 && errno != EAGAIN && errno != EINTR) {
         lose_client();
@@ -289,7 +292,7 @@ void Bridge::meet_clients() {
     refuse_some();
     const auto limit = Clock::now() - kIdleLimit;
     const bool is_used =
-        silence_ < kIdleLimit && driver_.begun() - answered_begun_ <= kUnanswered;
+        silence_ < kIdleLimit && port_.begun() - answered_begun_ <= kUnanswered;
     const bool is_wanted = std::any_of(waiting_.begin(), waiting_.end(), [&](const auto& other) {
         return other.since < limit && has_spoken(other.fd);
     });
@@ -322,7 +325,7 @@ void Bridge::seat(int client) {
     setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     client_ = client;
     moved_at_ = Clock::now();
-    answered_begun_ = driver_.begun();
+    answered_begun_ = port_.begun();
     silence_ = Clock::duration::zero();
 }
 
@@ -332,7 +335,7 @@ void Bridge::lose_client() {
     client_ = -1;
     if (!options_.keep) running_ = false;
     unsent_.clear();
-    driver_.drop();
+    port_.drop();
     settling_ = true;
     quiet_from_ = cycles_;
     settled_at_ = Clock::now() + kSettleLimit;
@@ -369,7 +372,7 @@ void Bridge::obey(const std::string& line) {
     if (line.empty()) {
         std::printf("cycles %llu\n", static_cast<unsigned long long>(cycles_));
     } else if (std::sscanf(line.c_str(), "reset %llu %llu", &bytes, &delay) == 2) {
-        reset_byte_ = bytes == 0 ? kNever : driver_.begun() + bytes;
+        reset_byte_ = bytes == 0 ? kNever : port_.begun() + bytes;
         reset_delay_ = delay;
         reset_cycle_ = kNever;
         std::printf("armed\n");

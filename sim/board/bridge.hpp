@@ -1,4 +1,4 @@
-// Connects the UART pins of a simulated chip to one TCP client or to a pseudo terminal.
+// Connects the line of a simulated chip to one TCP client or to a pseudo terminal.
 //
 // One client at a time has the board. With --keep, further clients may wait for it. As soon as the
 // chip answers its client, waiting clients read `kBusy` and are disconnected. If a waiting client
@@ -11,6 +11,7 @@
 // Bytes that a terminal does not take for a second are lost, as on a real line.
 //
 // Usage of a simulator with this bridge: PROGRAM --clocks-per-bit N [options]
+//   --clocks-per-bit N   divisor of the chip's UART; 0: the chip has a byte-wide port
 //   --listen HOST:PORT   address of the server (default 127.0.0.1:0; port 0: any free port)
 //   --pty                serve a pseudo terminal instead
 //   --keep               wait for another client when one leaves; the chip keeps its state
@@ -38,7 +39,7 @@
 
 #include <sys/types.h>
 
-#include "uart.hpp"
+#include "port.hpp"
 
 namespace board {
 
@@ -65,11 +66,6 @@ struct Pace {
 
 class Bridge {
 public:
-    struct Inputs {
-        bool rst;
-        bool rx;
-    };
-
     Bridge(const Options& options, const Pace& pace);
     ~Bridge();
     Bridge(const Bridge&) = delete;
@@ -77,19 +73,20 @@ public:
 
     bool running() const { return running_; }
 
-    // Takes `tx` after a cycle and returns the inputs of the next cycle.
-    Inputs clock(bool tx) {
-        if (const auto event = sampler_.clock(tx); event != UartSampler::Event::kNothing) {
+    // Takes the outputs after a cycle and returns the inputs of the next cycle.
+    ToChip clock(const FromChip& pins) {
+        if (const auto event = port_.sample(pins); event != UartSampler::Event::kNothing) {
             handle(event);
         }
         ++cycles_;
         if ((cycles_ & (pace_.service_cycles - 1)) == 0) service();
-        const bool rx = driver_.clock();
-        if (driver_.begun() == reset_byte_) {
+        ToChip inputs = port_.drive(pins);
+        if (port_.begun() == reset_byte_) {
             reset_cycle_ = cycles_ + reset_delay_;
             reset_byte_ = kNever;
         }
-        return {cycles_ < kResetCycles || cycles_ == reset_cycle_, rx};
+        inputs.rst = cycles_ < kResetCycles || cycles_ == reset_cycle_;
+        return inputs;
     }
 
 private:
@@ -104,7 +101,6 @@ private:
     static constexpr std::uint64_t kUnanswered = 1u << 15;
     static constexpr unsigned kReportedErrors = 10;
     static constexpr std::uint64_t kNever = ~std::uint64_t{0};
-    static constexpr unsigned kQuietBits = 640;  // Silence after which the chip has answered all.
 
     // A client that waits for the board.
     struct Waiting {
@@ -132,8 +128,7 @@ private:
     const Options options_;
     const Pace pace_;
     const pid_t parent_;
-    UartDriver driver_;
-    UartSampler sampler_;
+    Port port_;
     std::vector<std::uint8_t> unsent_;
     int listener_ = -1;
     int client_ = -1;

@@ -1,5 +1,6 @@
 // The same bridge as a system function for Icarus Verilog:
-// `{rst, rx} = $board_clock(tx)` takes the output after a cycle and returns the next inputs.
+// `{rst, rx, rx_valid, rx_data} = $board_clock({tx, tx_valid, tx_data, rx_ready})` takes the outputs
+// after a cycle and returns the next inputs.
 
 #include <memory>
 #include <string>
@@ -39,8 +40,14 @@ PLI_INT32 clock(PLI_BYTE8*) {
     vpi_get_value(vpi_scan(arguments), &value);
     vpi_free_object(arguments);
 
-    const auto inputs = bridge->clock(value.value.integer != 0);
-    value.value.integer = int{inputs.rst} << 1 | int{inputs.rx};
+    // An undefined bit of the chip reads as 0.
+    const unsigned pins = static_cast<unsigned>(value.value.integer);
+    const auto inputs = bridge->clock({.tx = (pins >> 10 & 1) != 0,
+                                       .tx_valid = (pins >> 9 & 1) != 0,
+                                       .tx_data = static_cast<std::uint8_t>(pins >> 1),
+                                       .rx_ready = (pins & 1) != 0});
+    value.value.integer = int{inputs.rst} << 10 | int{inputs.rx} << 9 | int{inputs.rx_valid} << 8 |
+                          int{inputs.rx_data};
     vpi_put_value(call, &value, nullptr, vpiNoDelay);
     if (!bridge->running()) {
         bridge.reset();
@@ -49,7 +56,7 @@ PLI_INT32 clock(PLI_BYTE8*) {
     return 0;
 }
 
-PLI_INT32 width(PLI_BYTE8*) { return 2; }
+PLI_INT32 width(PLI_BYTE8*) { return 11; }
 
 void register_functions() {
     s_vpi_systf_data function{};

@@ -1,4 +1,4 @@
-"""Builds the programs of the simulated board: a chip's Verilog in a UART bridge."""
+"""Builds the programs of the simulated board: a chip's Verilog in a bridge to its line."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Program:
     path : Path
         The program (Verilator) or the compiled design (Icarus).
     clocks_per_bit : int
-        UART divisor of the chip, cycles.
+        UART divisor of the chip, cycles; 0 for a byte-wide port.
     traced : bool
         The program can write a waveform.
     module : Path, optional
@@ -92,9 +92,9 @@ def verilate(
         Self-contained text of the chip.
     top : str
         Module of the chip, with the ports ``clk``, ``rst`` (active high, synchronous), ``rx`` and
-        ``tx``.
+        ``tx``, or with the byte-wide port of :class:`pathgene.hdl.top.Chip`.
     clocks_per_bit : int
-        UART divisor of the chip, cycles, 2 or more.
+        UART divisor of the chip, cycles, 2 or more; 0 for a byte-wide port.
     trace : bool
         Let the program write a VCD file. Such a program is slower even if it does not write one.
     build_dir : Path, optional
@@ -135,7 +135,8 @@ def build_program(
         return verilate(verilog, top, clocks_per_bit, trace=trace, build_dir=build_dir)
     builds = _cache(build_dir)
     bench = (_HERE / "icarus_top.v").read_text()
-    text = f"`timescale 1ns / 1ns\n{verilog}\n`define BOARD_TOP {top}\n{bench}"
+    defines = f"`define BOARD_TOP {top}\n" + ("" if clocks_per_bit else "`define BOARD_BYTES\n")
+    text = f"`timescale 1ns / 1ns\n{verilog}\n{defines}{bench}"
     return Program(
         "icarus",
         build_icarus(builds, text, ["board_bench"]),

@@ -12,11 +12,10 @@ from pathgene.host.device.schemes import (
     PATIENCE_S,
     BoardScheme,
     OpenPort,
-    split_config,
 )
 from pathgene.host.errors import InputError
-from pathgene.sim import DEFAULT_CONFIG
 from pathgene.sim.board import BoardOptions, SimulatedBoard, open_simulated, parse_board_url
+from pathgene.sim.chip_url import PORT, chip_of
 from pathgene.sim.exported import exported_verilog
 
 
@@ -29,20 +28,20 @@ _PATIENCE_S = {"verilator": PATIENCE_S, "icarus": 360.0}
 
 
 class SimulatedScheme(BoardScheme):
-    """``sim:`` with the fields of the configuration and the options of the simulator."""
+    """``sim:`` with ``port``, the fields of the configuration and the simulator's options."""
 
     simulated = True
 
     def open(self, url: str) -> OpenPort:
         """Start the board; closing the port ends it."""
         board = start_simulated(url)
-        options = parse_board_url(split_config(url, DEFAULT_CONFIG)[0])
+        options = parse_board_url(chip_of(url)[0])
         patience_s = options.patience or _PATIENCE_S[options.sim]
         return OpenPort(board.open(ends_board=True), patience_s / _ATTEMPTS, _ATTEMPTS)
 
     def known_config(self, url: str) -> Config:
         """Return the configuration that the URL specifies."""
-        return split_config(url, DEFAULT_CONFIG)[1]
+        return chip_of(url)[1]
 
     def serve(self, url: str, *, listen: str, pty: bool) -> SimulatedBoard:
         """Start the board and keep it running when a client leaves."""
@@ -68,14 +67,14 @@ def start_simulated(url: str, **options: Any) -> SimulatedBoard:
     JobError
         If the board cannot be started.
     """
-    rest, config = split_config(url, DEFAULT_CONFIG)
+    rest, config = chip_of(url)
     names = [field.name for field in dataclasses.fields(BoardOptions)]
     known = [name for name in names if name not in CONFIG_FIELDS]
     for name, _ in parse_qsl(rest.partition("?")[2], keep_blank_values=True):
         if name not in known:
             raise InputError(
-                f"The simulated board has no option {name!r}; choose from {', '.join(known)} and "
-                f"the fields of the configuration, {', '.join(CONFIG_FIELDS)}."
+                f"The simulated board has no option {name!r}; choose from {', '.join(known)}, "
+                f"{PORT} and the fields of the configuration, {', '.join(CONFIG_FIELDS)}."
             )
     return open_simulated(
         rest,

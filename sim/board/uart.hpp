@@ -25,6 +25,14 @@ public:
     std::uint64_t begun() const { return begun_; }  // Bytes whose start bit has begun.
     bool idle() const { return frame_ == 0 && waiting_.empty(); }
 
+    // Removes the first byte that waits; it counts as begun.
+    std::uint8_t take() {
+        const auto byte = waiting_.front();
+        waiting_.pop_front();
+        ++begun_;
+        return byte;
+    }
+
     // Level during the next cycle.
     bool clock() {
         if (cycles_left_ == 0) {
@@ -32,9 +40,7 @@ public:
             if (frame_ <= kSentinel) {
                 frame_ = 0;
                 if (waiting_.empty()) return true;
-                frame_ = kSentinel << 10 | 1u << 9 | unsigned{waiting_.front()} << 1;
-                waiting_.pop_front();
-                ++begun_;
+                frame_ = kSentinel << 10 | 1u << 9 | unsigned{take()} << 1;
             }
             cycles_left_ = clocks_per_bit_;
         }

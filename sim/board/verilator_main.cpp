@@ -10,6 +10,34 @@
 #include "Vtop.h"
 #include "bridge.hpp"
 
+namespace {
+
+// The line of a chip: pins of a UART, or a byte-wide port.
+template <typename Chip>
+board::FromChip outputs(const Chip& chip) {
+    if constexpr (requires { chip.tx; }) {
+        return {.tx = chip.tx != 0};
+    } else {
+        return {.tx_valid = chip.tx_valid != 0,
+                .tx_data = chip.tx_data,
+                .rx_ready = chip.rx_ready != 0};
+    }
+}
+
+template <typename Chip>
+void set_inputs(Chip& chip, const board::ToChip& inputs) {
+    chip.rst = inputs.rst;
+    if constexpr (requires { chip.rx; }) {
+        chip.rx = inputs.rx;
+    } else {
+        chip.rx_valid = inputs.rx_valid;
+        chip.rx_data = inputs.rx_data;
+        chip.tx_ready = 1;
+    }
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
     const auto options = board::Options::parse(argc, argv);
     const auto context = std::make_unique<VerilatedContext>();
@@ -32,13 +60,10 @@ int main(int argc, char** argv) {
 
     board::Bridge bridge{options, {.service_cycles = 64, .idle_sleep_ms = 20}};
     chip->clk = 0;
-    chip->rst = 1;
-    chip->rx = 1;
+    set_inputs(*chip, {.rst = true});
     chip->eval();
     while (bridge.running()) {
-        const auto inputs = bridge.clock(chip->tx);
-        chip->rst = inputs.rst;
-        chip->rx = inputs.rx;
+        set_inputs(*chip, bridge.clock(outputs(*chip)));
         chip->clk = 1;
         chip->eval();
         advance();

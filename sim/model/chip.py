@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pathgene.hdl.config import CheckerBuild, Config
 from pathgene.hdl.protocol.breeding import Recipe
-from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, LINE_BITS, encode_frame
+from pathgene.hdl.protocol.codec import BODY_HEADER_BYTES, encode_frame
 from pathgene.hdl.protocol.codes import ChipState, Command, Counter, LinkMode, Status, StickyError
 from pathgene.hdl.protocol.messages import (
     counters_reply,
@@ -111,7 +111,7 @@ class Chip:
             self.running.end()
 
     def _pass_time(self, counter: Counter, line_bytes: int) -> None:
-        cycles = line_bytes * LINE_BITS * self.config.clocks_per_bit
+        cycles = line_bytes * self.config.byte_cycles
         self._counters[counter] += cycles
         self._counters[Counter.CYCLES] += cycles
 

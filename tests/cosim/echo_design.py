@@ -1,4 +1,4 @@
-"""A small chip for the tests of the simulators: a UART that echoes."""
+"""Small chips for the tests of the simulators: a UART and a byte-wide port that echo."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -84,6 +84,46 @@ class UartEcho(wiring.Component):
         m.d.comb += self.tx.eq(tx_bits[0])
 
         return m
+
+
+class ByteEcho(wiring.Component):
+    """Byte-wide port that sends back every received byte plus ``offset``.
+
+    It takes no byte in one of four cycles, so a board that ignores ``rx_ready`` loses bytes.
+    """
+
+    rx_data: In(8)
+    rx_valid: In(1)
+    rx_ready: Out(1)
+    tx_data: Out(8)
+    tx_valid: Out(1)
+    tx_ready: In(1)
+
+    def __init__(self, *, offset=0):
+        self.offset = offset
+        super().__init__()
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.submodules.bytes = fifo = SyncFIFOBuffered(width=8, depth=16)
+        phase = Signal(2)
+        m.d.sync += phase.eq(phase + 1)
+        m.d.comb += [
+            self.rx_ready.eq((phase != 0) & fifo.w_rdy),
+            fifo.w_data.eq(self.rx_data),
+            fifo.w_en.eq(self.rx_valid & self.rx_ready),
+            self.tx_valid.eq(fifo.r_rdy),
+            self.tx_data.eq(fifo.r_data + self.offset),
+            fifo.r_en.eq(self.tx_ready),
+        ]
+
+        return m
+
+
+def byte_echo_verilog(**options):
+    """Return the Verilog of a :class:`ByteEcho`, module ``byte_echo``."""
+    return convert(ByteEcho(**options), "byte_echo")
 
 
 def echo_verilog(clocks_per_bit=4, **options):

@@ -12,7 +12,7 @@ import serial
 
 from pathgene.host.errors import InputError, JobError
 from pathgene.sim.board import SimulatedBoard, build_program, open_simulated
-from tests.cosim.echo_design import echo_verilog
+from tests.cosim.echo_design import byte_echo_verilog, echo_verilog
 
 
 pytestmark = pytest.mark.cosim
@@ -66,6 +66,27 @@ def test_echo(simulator, clocks_per_bit):
         assert exchange(port, data) == expected
         board.close()
         assert board.log().endswith("0 line errors\n")
+
+
+def test_echo_of_a_byte_wide_port(simulator):
+    data = random.Random(4).randbytes({"verilator": 200_000, "icarus": 3_000}[simulator])
+    with (
+        open_simulated(
+            f"sim:?sim={simulator}",
+            lambda _: byte_echo_verilog(offset=1),
+            top="byte_echo",
+            clocks_per_bit=0,
+        ) as board,
+        board.open(timeout=30) as port,
+    ):
+        start = board.cycles()
+        assert exchange(port, data) == bytes((byte + 1) & 0xFF for byte in data)
+        if simulator == "icarus":
+            # A UART would need ten bits of four cycles for each byte.
+            assert board.cycles() - start < 40 * len(data)
+        board.close()
+        told = f"{len(data)} bytes to the chip, {len(data)} bytes from it, 0 line errors\n"
+        assert board.log().endswith(told)
 
 
 def test_line_runs_at_full_rate(echo):

@@ -65,7 +65,10 @@ def test_halves_of_a_path(max_waypoints, head, length_bits, index_bits):
         ({"altitude_bits": 17}, "Config.altitude_bits must be from 4 to 16, not 17"),
         ({"box_percent": 0}, "Config.box_percent must be from 1 to 100, not 0"),
         ({"clock_hz": 0}, "Config.clock_hz must be from 1 to 4294967295, not 0"),
-        ({"clocks_per_bit": 3}, "Config.clocks_per_bit must be from 4 to 65535, not 3"),
+        (
+            {"clocks_per_bit": 3},
+            "Config.clocks_per_bit must be from 4 to 65535, or 0 for a byte-wide port, not 3",
+        ),
         (
             {"receive_buffer": 300},
             "Config.receive_buffer must be a power of two from 256 to 32768, not 300",

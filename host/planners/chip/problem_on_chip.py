@@ -30,10 +30,7 @@ from pathgene.host.problem.problem import Problem
 from pathgene.host.problem.zones import Zone
 
 
-__all__ = ["LINE_BITS", "ProblemOnChip", "Waits", "pause_s"]
-
-#: Bits of a byte on the line.
-LINE_BITS = 10
+__all__ = ["ProblemOnChip", "Waits", "pause_s"]
 
 #: Maximum seconds between two polls of a run, and minimum number of polls in a run.
 _LOOK_S, _LOOKS = 0.001, 100
@@ -49,6 +46,7 @@ def pause_s(limit_s: float, passed_s: float, look_s: float) -> float:
     """Return the seconds until the next poll of a run in progress.
 
     A poll shortly before the limit of the run would delay the poll that finds the run finished.
+    After the limit, which only a simulated board passes by much, pauses grow with the time.
 
     Parameters
     ----------
@@ -61,7 +59,9 @@ def pause_s(limit_s: float, passed_s: float, look_s: float) -> float:
     """
     usual_s = min(_LOOK_S, limit_s / _LOOKS)
     left_s = limit_s - passed_s
-    return left_s if 0 < left_s < usual_s + look_s else usual_s
+    if left_s <= 0:
+        return max(usual_s, passed_s / _LOOKS)
+    return left_s if left_s < usual_s + look_s else usual_s
 
 
 @dataclasses.dataclass(frozen=True)
@@ -292,7 +292,7 @@ class ProblemOnChip:
         self.looks = 0
         asked = reported = time.monotonic()
         # The run continued while the answer arrived.
-        began = asked - LINE_BITS * answer * config.clocks_per_bit / config.clock_hz
+        began = asked - answer * config.byte_cycles / config.clock_hz
         before = dataclasses.replace(traffic)
         while (polled := runs.poll()) is None:
             self.looks += 1

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pathgene.hdl.config import Config
+from pathgene.hdl.config import LINE_BITS, Config
 from pathgene.hdl.protocol.planner import BLOCKS, COARSE_BLOCKS
 from pathgene.hdl.protocol.random_words import SEED_BITS
 from pathgene.hdl.protocol.runs import RunOptions
-from pathgene.host.planners.chip.problem_on_chip import LINE_BITS, pause_s
+from pathgene.host.planners.chip.problem_on_chip import pause_s
 
 
 __all__ = [

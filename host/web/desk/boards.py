@@ -13,8 +13,8 @@ __all__ = ["require_board"]
 
 # Options of a URL by its scheme. The option `trace` of `sim:` writes a file.
 _OPTIONS = {
-    "model:": frozenset(CONFIG_FIELDS),
-    "sim:": frozenset((*CONFIG_FIELDS, "sim", "clocks_per_bit", "idle_clocks", "patience")),
+    "model:": frozenset((*CONFIG_FIELDS, "port")),
+    "sim:": frozenset((*CONFIG_FIELDS, "port", "sim", "idle_clocks", "patience")),
 }
 
 

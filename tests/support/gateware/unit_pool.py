@@ -22,7 +22,7 @@ CHIPS = (
     SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
     Config(core="none"),
     SMALL.replace(core="planner", checker=CheckerBuild.PARALLEL, lanes=4, point_cycles=2),
-    SMALL.replace(core="planner", checker=CheckerBuild.PARALLEL, lanes=4),
+    SMALL.replace(core="planner", checker=CheckerBuild.PARALLEL, lanes=4, clocks_per_bit=0),
 )
 
 

@@ -106,17 +106,18 @@ def test_every_field_is_an_option():
         ),
         (
             "model:?speed=9",
-            "The model takes only fields of the configuration, not 'model:?speed=9'; they are "
-            f"{FIELDS}.",
+            "The model takes only port and fields of the configuration, not 'model:?speed=9'; they "
+            f"are {FIELDS}.",
         ),
         (
             "model:x",
-            f"The model takes only fields of the configuration, not 'model:x'; they are {FIELDS}.",
+            "The model takes only port and fields of the configuration, not 'model:x'; they are "
+            f"{FIELDS}.",
         ),
         (
             "sim:?speed=9",
             "The simulated board has no option 'speed'; choose from sim, idle_clocks, trace, "
-            f"patience and the fields of the configuration, {FIELDS}.",
+            f"patience, port and the fields of the configuration, {FIELDS}.",
         ),
         (
             "/dev/ttyUSB0?baud=fast",

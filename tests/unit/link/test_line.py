@@ -1,9 +1,12 @@
 """The line counts bytes in both directions and raises `sending` during a reply."""
 
+import pytest
+
 from pathgene.hdl.link.line import Line
+from pathgene.hdl.protocol.codec import encode_frame
 from pathgene.hdl.protocol.codes import StickyError
 from tests.support.gateware.chips import SMALL
-from tests.support.gateware.streams import put, shared, simulate
+from tests.support.gateware.streams import collect, drive, put, shared, simulate
 
 
 BIT = SMALL.clocks_per_bit
@@ -70,3 +73,39 @@ def test_a_frame_that_is_too_short_is_malformed():
 
     simulate(dut, bench, background=[watch])
     assert errors == [StickyError.MALFORMED]
+
+
+@pytest.mark.parametrize("pauses", [(0,), (3, 0, 0, 7)])
+def test_a_byte_wide_port_carries_the_same_frames(pauses):
+    dut = shared(Line, 0, SMALL.receive_buffer)
+    bodies = [b"\x01\x02\x03", b"\x00\x00\x00\xff", bytes(range(200))]
+    sent = b"".join(encode_frame(body, plain=False) for body in bodies)
+    requests, replies, errors, sending = [], [], [], []
+
+    async def bench(ctx):
+        await drive(ctx, dut.received, [*sent, 0x01, 0x00], pauses)
+        await ctx.tick().repeat(600)
+        assert ctx.get(dut.bytes_received) == len(sent) + 2
+        for body in bodies:
+            for place, byte in enumerate(body):
+                last = place == len(body) - 1
+                await put(ctx, dut.replies, {"data": byte, "last": last, "plain": 0})
+        await ctx.tick().repeat(2000)
+        assert ctx.get(dut.bytes_sent) == len(sent)
+        assert not ctx.get(dut.sending)
+
+    async def watch(ctx):
+        async for _, _, pulses, busy, valid in ctx.tick().sample(
+            dut.errors, dut.sending, dut.sent.valid
+        ):
+            errors.extend([StickyError(int(pulses))] if pulses else [])
+            sending.append(busy == valid)
+
+    background = [collect(dut.requests, requests), collect(dut.sent, replies, pauses), watch]
+    simulate(dut, bench, background=background)
+    received = bytes(word["data"] for word in requests)
+    assert received == b"".join(bodies)
+    assert [place for place, word in enumerate(requests) if word["last"]] == [2, 6, 206]
+    assert bytes(replies) == sent
+    assert errors == [StickyError.MALFORMED]
+    assert all(sending)

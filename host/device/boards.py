@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextvars import ContextVar
 from urllib.parse import parse_qsl
 
 from pathgene.hdl.config import Config, GeneticCore
@@ -18,6 +19,7 @@ from pathgene.host.old_words import current_url
 __all__ = [
     "board_scheme",
     "entered",
+    "kept_open",
     "known_config",
     "open_board",
     "require_chip",
@@ -26,6 +28,8 @@ __all__ = [
 ]
 
 _SERIAL = SerialScheme()
+# Boards by URL that stay open for their next user; None outside `kept_open`.
+_KEPT: ContextVar[dict[str, Chip] | None] = ContextVar("kept", default=None)
 
 
 def board_scheme(url: str) -> BoardScheme:
@@ -93,8 +97,9 @@ def entered(
     """Return a context manager that yields an open board.
 
     An open board stays open. A closed board or a URL is opened by ``opener``, by default
-    :func:`open_board`. A simulated board gets the ``core`` that a planner needs unless its URL
-    names a core: if the board is already open, it gets a second chip, which is closed with it.
+    :func:`open_board`, and stays open within :func:`kept_open`. A simulated board gets the ``core``
+    that a planner needs unless its URL names a core: if the board is already open, it gets a second
+    chip, which is closed with it.
 
     Raises
     ------
@@ -103,9 +108,43 @@ def entered(
     """
     url = url_of(board)
     if not isinstance(board, Chip) or board.closed:
-        return (opener or open_board)(url if core is None else with_core(url, core))
+        wanted, kept = url if core is None else with_core(url, core), _KEPT.get()
+        if opener is None and kept is not None:
+            return _taken(wanted, kept)
+        return (opener or open_board)(wanted)
     needed = url if core in (None, board.config.core) else with_core(url, str(core))
     return nullcontext(board if needed == url else board.beside(lambda: open_board(needed)))
+
+
+@contextmanager
+def kept_open() -> Iterator[None]:
+    """Keep each board that :func:`entered` opens by its URL open until the end of the block.
+
+    The next user gets the same open board, to which only changes of the map are sent. A board whose
+    use ends with an error is closed.
+    """
+    boards: dict[str, Chip] = {}
+    before = _KEPT.set(boards)
+    try:
+        yield
+    finally:
+        _KEPT.reset(before)
+        for chip in boards.values():
+            chip.close()
+
+
+@contextmanager
+def _taken(url: str, boards: dict[str, Chip]) -> Iterator[Chip]:
+    """Yield the board at ``url``, which stays among ``boards`` unless an error occurs."""
+    chip = boards.pop(url, None)
+    if chip is None or chip.closed:
+        chip = open_board(url)
+    try:
+        yield chip
+    except BaseException:
+        chip.close()
+        raise
+    boards[url] = chip
 
 
 def known_config(url: str) -> Config | None:

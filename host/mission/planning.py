@@ -6,6 +6,7 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -80,11 +81,13 @@ def plan_mission(
     """
     if mission.legs == 1:
         return search.run(evaluator(mission.problem), progress=progress, stop=stop, source=source)
-    legs = _plan_legs(mission, search, progress, stop, evaluator)
-    whole = evaluator(mission.whole)
-    evaluation = whole.evaluate(_joined(legs))
-    if not evaluation.feasible and all(leg.feasible for leg in legs) and not mission.whole.as_paper:
-        legs, evaluation = _rejoined(mission, search, stop, evaluator, whole, legs, evaluation)
+    with _one_board(search):
+        legs = _plan_legs(mission, search, progress, stop, evaluator)
+        whole = evaluator(mission.whole)
+        evaluation = whole.evaluate(_joined(legs))
+        are_feasible = all(leg.feasible for leg in legs)
+        if not evaluation.feasible and are_feasible and not mission.whole.as_paper:
+            legs, evaluation = _rejoined(mission, search, stop, evaluator, whole, legs, evaluation)
     plans = [leg.plan for leg in legs if leg.plan is not None]
     first = plans[0]
     return MissionPlan(
@@ -99,6 +102,16 @@ def plan_mission(
         reason=_reason(legs, evaluation, search),
         fallback=next((plan.fallback for plan in plans if plan.fallback is not None), None),
     )
+
+
+def _one_board(search: Search) -> AbstractContextManager[None]:
+    """Return a context in which the board of all legs stays open."""
+    if search.board is None:
+        return nullcontext()
+    # Loaded only with a planner that has a board.
+    from pathgene.host.device.boards import kept_open
+
+    return kept_open()
 
 
 def _reason(legs: list[Leg], evaluation: Evaluation, search: Search) -> Reason | None:

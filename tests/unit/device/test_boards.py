@@ -13,11 +13,18 @@ import pytest
 
 from pathgene.hdl.config import Config, GeneticCore, SurvivorSelection
 from pathgene.host.device import boards
-from pathgene.host.device.boards import entered, known_config, open_board, require_chip, url_of
+from pathgene.host.device.boards import (
+    entered,
+    kept_open,
+    known_config,
+    open_board,
+    require_chip,
+    url_of,
+)
 from pathgene.host.device.link import LinkError, LinkTimeoutError
 from pathgene.host.device.schemes import split_config
 from pathgene.host.device.serial_port import SerialScheme
-from pathgene.host.errors import InputError
+from pathgene.host.errors import InputError, JobError
 from pathgene.sim.board.scheme import start_simulated
 from pathgene.sim.model.chip import Chip
 from tests.support.gateware.chips import SMALL
@@ -395,3 +402,30 @@ def test_a_planner_refuses_a_chip_of_another_kind(built, core, sentence):
 def test_a_planner_takes_a_chip_with_its_core():
     require_chip(Config(), GeneticCore.PAPER, 32)
     require_chip(Config(core=GeneticCore.PLANNER), GeneticCore.PLANNER, None)
+
+
+def test_boards_that_are_kept_open_are_used_again():
+    with kept_open():
+        with entered("model:", core=GeneticCore.PLANNER) as first:
+            assert not first.closed
+        with entered("model:", core=GeneticCore.PLANNER) as second:
+            assert second is first
+            # A board in use is not given to a second user.
+            with entered("model:?core=planner") as third:
+                assert third is not first
+        with entered("model:") as other:
+            assert other.config.paper_core
+    assert first.closed
+    assert other.closed
+    with entered("model:") as alone:
+        pass
+    assert alone.closed
+
+
+def test_a_board_whose_use_failed_is_opened_again():
+    with kept_open():
+        with pytest.raises(JobError), entered("model:") as first:
+            raise JobError("lost")
+        assert first.closed
+        with entered("model:") as second:
+            assert second is not first

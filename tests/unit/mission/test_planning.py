@@ -1,10 +1,12 @@
 """Legs planned in order, and the path of all of them."""
 
 import json
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
 
+from pathgene.host.device import boards
 from pathgene.host.errors import InputError, JobError
 from pathgene.host.evaluation import Evaluator
 from pathgene.host.mission.legs import MissionPlan, shortcoming
@@ -258,3 +260,29 @@ def test_a_stop_in_the_second_leg_keeps_the_first(terrain):
     assert plan.failure is None
     assert [leg.plan and leg.plan.interrupted for leg in plan.legs] == [False, True, None]
     assert plan.result.generations == 5 + 2
+
+
+def test_the_legs_share_a_board(terrain, monkeypatch):
+    """It gets the map once, and the paths are as if each leg had opened a board."""
+    opened, real = [], boards.open_board
+
+    def open_board(url):
+        opened.append(real(url))
+        return opened[-1]
+
+    monkeypatch.setattr(boards, "open_board", open_board)
+    own = {"board": "model:", "generations": 200, "polish": "off"}
+    shared = plan_mission(mission(terrain, return_to_start=True), Search("ga-chip", **own))
+    assert len(opened) == 1
+    assert opened[0].closed
+    monkeypatch.setattr(boards, "kept_open", nullcontext)
+    apart = plan_mission(mission(terrain, return_to_start=True), Search("ga-chip", **own))
+    assert len(opened) == 1 + len(apart.legs) == 4
+    for one, other in zip(shared.legs, apart.legs, strict=True):
+        assert np.array_equal(one.path, other.path)
+    sent = [
+        [leg.plan.result.hardware["bytes"]["to_board"] for leg in plan.legs]
+        for plan in (shared, apart)
+    ]
+    assert sent[0][0] == sent[1][0]
+    assert sent[0][2] < 0.2 * sent[1][2]

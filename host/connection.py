@@ -20,6 +20,7 @@ from pathgene.host.planners import PLANNERS, make
 from pathgene.host.planners.base import Options, Result, Stop
 from pathgene.host.planners.timed import plan_in_time
 from pathgene.host.problem.problem import Problem
+from pathgene.host.stages import stage
 
 
 __all__ = ["SEARCHERS", "Connection", "connect", "interrupted", "with_path_of"]
@@ -108,6 +109,7 @@ def _searched(
         if found and (found[-1][1].evaluation.feasible or (stop is not None and stop.requested)):
             break
         options = Options(generations=PLANNERS[name].generations)
+        stage(f"searching with {name}")
         # A planner that draws in free cells refuses a problem without any.
         with contextlib.suppress(InputError):
             found.append((name, plan_in_time(make(name), evaluator, options, stop=stop)))

@@ -40,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     # All other warnings come from numpy and address programmers.
     warnings.showwarning = functools.partial(_warn, Warning if debug else UserWarning)
     with guarded(), interrupts.caught():
-        logging.basicConfig(format="pathgene: %(message)s")
+        logging.basicConfig(handlers=[_Notes()])
         logging.getLogger("pathgene").setLevel(logging.INFO)
         # The exception repeats GDAL's message about a damaged file, and becomes a sentence.
         logging.getLogger("rasterio").setLevel(logging.CRITICAL)
@@ -50,6 +50,14 @@ def main(argv: Sequence[str] | None = None) -> int:
             # Loaded only by a command that needs kernels.
             if (compiling := sys.modules.get("pathgene.host.compiling")) is not None:
                 compiling.end()
+
+
+class _Notes(logging.Handler):
+    """Prints the messages of a log as notes."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print a message."""
+        print_line(record.getMessage())
 
 
 def _run(arguments: list[str], debug: bool) -> int:

@@ -16,6 +16,7 @@ from pathgene.host.options.table import OWN, SEARCH
 from pathgene.host.planners import DEFAULT_BOARD, PLANNERS
 from pathgene.host.progress import Progress
 from pathgene.host.report.routes import route_from, route_note
+from pathgene.host.stages import watched_by
 
 
 if TYPE_CHECKING:
@@ -90,6 +91,7 @@ def plan_beside(
             with (
                 ending(stop),
                 contextlib.closing(Progress(sys.stderr, generations)) as progress,
+                watched_by(progress.stage),
             ):
                 plan = plan_mission(
                     mission, search, progress=progress.update, stop=stop, source=source_of(args)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +22,8 @@ from pathgene.host.cli.values import complete_options
 from pathgene.host.errors import JobError, NoPathError
 from pathgene.host.files.output import prepare_directory
 from pathgene.host.options.kinds import PATH
+from pathgene.host.progress import Bar
+from pathgene.host.stages import part, watched_by
 
 
 if TYPE_CHECKING:
@@ -78,7 +82,12 @@ def run(args: argparse.Namespace) -> int:
     planners: list[str] = []
     for number in range(mission.legs):
         evaluator = Evaluator(mission.leg(number))
-        found = connect(evaluator)
+        with (
+            contextlib.closing(Bar(sys.stderr, 1)) as bar,
+            watched_by(bar.stage),
+            part(mission.name_of(number) if mission.legs > 1 else ""),
+        ):
+            found = connect(evaluator)
         if found.reason is not None:
             break
         planners.append(str(found.planner))

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import functools
 import math
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -19,6 +21,8 @@ from pathgene.host.files.output import prepare_directory, writing_into
 from pathgene.host.options.kinds import PATH
 from pathgene.host.options.table import NAMED, ZONE_READING
 from pathgene.host.planners import DEFAULT_BOARD
+from pathgene.host.progress import Bar
+from pathgene.host.stages import watched_by
 
 
 if TYPE_CHECKING:
@@ -222,7 +226,8 @@ def _flown(
     stop = Stop()
     with ending(stop):
         try:
-            report = begin(stop=stop)
+            with contextlib.closing(Bar(sys.stderr, 1)) as bar, watched_by(bar.stage):
+                report = begin(stop=stop)
         except (KeyboardInterrupt, JobError) as error:
             # A signal to the process group also ends child processes, such as a compiler.
             if isinstance(error, JobError) and not stop.requested:

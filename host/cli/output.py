@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from pathgene.host.progress import Counter
+from pathgene.host.progress import Counter, beside_bars
 
 
 if TYPE_CHECKING:
@@ -43,7 +43,8 @@ def print_line(sentence: str) -> None:
     # Names from files may hold sequences that control a terminal.
     shown = "".join(c if c.isprintable() or c.isspace() else "?" for c in sentence)
     line = _PREFIX + " ".join(_cut(word, _LONGEST_WORD, 100, 50) for word in shown.split())
-    print(_cut(line, LONGEST_LINE, 600, LONGEST_LINE - 603), file=sys.stderr, flush=True)
+    with beside_bars():
+        print(_cut(line, LONGEST_LINE, 600, LONGEST_LINE - 603), file=sys.stderr, flush=True)
 
 
 def _cut(text: str, longest: int, first: int, last: int) -> str:

@@ -41,6 +41,7 @@ from pathgene.host.formats.registry import check_formats, parse_formats
 from pathgene.host.options.table import SEARCH, options_of
 from pathgene.host.progress import Progress
 from pathgene.host.report.routes import route_from, route_note, route_pairs
+from pathgene.host.stages import watched_by
 
 
 if TYPE_CHECKING:
@@ -127,7 +128,10 @@ def run(args: argparse.Namespace) -> int:
         # Every leg has a generation 0.
         generations = mission.legs * (search.options.generations + 1) - 1
         try:
-            with contextlib.closing(Progress(sys.stderr, generations)) as progress:
+            with (
+                contextlib.closing(Progress(sys.stderr, generations)) as progress,
+                watched_by(progress.stage),
+            ):
                 plan = plan_mission(
                     mission, search, progress=progress.update, stop=stop, source=source_of(args)
                 )
@@ -137,6 +141,8 @@ def run(args: argparse.Namespace) -> int:
                 raise
             note(f"Interrupted before a path was found; nothing is written to {directory}.")
             return interrupts.status()
+        if plan.fallback is not None:
+            note(f"{plan.planner} found no feasible path; the path was found by {plan.fallback}.")
         wanted = replace(wanted, ending=end or LOITER)
         others, missing = _others(plan, formats, wanted)
         written, summary = _save(args, plan, end, others, directory)
@@ -264,8 +270,6 @@ def _status(plan: Plan, missing: str | None) -> int:
         return interrupts.status()
     if result.failure is not None:
         raise JobError(f"{result.failure.rstrip('.')}; the best path until then is written.")
-    if plan.fallback is not None:
-        note(f"{plan.planner} found no feasible path; the path was found by {plan.fallback}.")
     sentence = shortcoming(plan.summary)
     if sentence is not None:
         if missing is not None:

@@ -14,6 +14,7 @@ from pathgene.host.device.schemes import BoardScheme, registered_scheme
 from pathgene.host.device.serial_port import SerialScheme
 from pathgene.host.errors import InputError
 from pathgene.host.old_words import current_url
+from pathgene.host.stages import stage
 
 
 __all__ = [
@@ -68,6 +69,7 @@ def open_board(url: str) -> Chip:
     """
     scheme = board_scheme(url)
     url = current_url(url)
+    stage("opening the board")
     opened = scheme.open(url)
     try:
         link = Link(opened.port, timeout_s=opened.timeout_s, attempts=opened.attempts)

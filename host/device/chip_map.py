@@ -19,6 +19,7 @@ from pathgene.hdl.protocol.messages import (
 )
 from pathgene.hdl.protocol.planner import NoFlyShape
 from pathgene.host.device.orders import Orders
+from pathgene.host.stages import stage
 
 
 __all__ = [
@@ -273,6 +274,7 @@ class MapCopy:
             commands = [(command, payload) for command, payload, _ in frames[part]]
             self._give(commands, written[part])
             done += sum(values.size for _, values in written[part])
+            stage("uploading the map", done / total)
             if progress:
                 progress(done, total)
 

@@ -19,6 +19,7 @@ from pathgene.host.flight.simulator import STEP_S, Simulator
 from pathgene.host.planners.base import Stop
 from pathgene.host.problem.aircraft import Aircraft
 from pathgene.host.problem.limits import GRAVITY_M_S2
+from pathgene.host.stages import stage
 from pathgene.host.terrain import Terrain
 
 
@@ -208,6 +209,7 @@ class Flight:
 
     def step(self) -> Sample:
         """Fly on for :data:`PERIOD_S`; return a sample, in the order of :class:`Flown`."""
+        stage("flying")
         simulator = self._simulator
         simulator.control(self._autopilot.controls(self.state, self.commands))
         self._weather(self.state.time_s)

@@ -27,6 +27,7 @@ from pathgene.host.planners.base import Observer, Progress, Result, Stop
 from pathgene.host.planning import Plan, Search
 from pathgene.host.problem.ends import Point
 from pathgene.host.problem.problem import Problem
+from pathgene.host.stages import part
 
 
 if TYPE_CHECKING:
@@ -152,15 +153,10 @@ def _plan_legs(
             continue
         if stop is not None and not stop.requested:
             stop.heeded = False
+        counted = _counted(progress, generations, legs)
         try:
-            leg = _plan_leg(
-                mission,
-                search,
-                evaluator,
-                legs,
-                progress=_counted(progress, generations, legs),
-                stop=stop,
-            )
+            with part(name):
+                leg = _plan_leg(mission, search, evaluator, legs, progress=counted, stop=stop)
         except (PathgeneError, KeyboardInterrupt) as error:
             # Without a first leg there is nothing to keep.
             if not legs:

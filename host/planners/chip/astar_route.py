@@ -11,6 +11,7 @@ from pathgene.host.evaluation import Evaluation
 from pathgene.host.planners.base import Options, Result, Run
 from pathgene.host.planners.choice import choose
 from pathgene.host.planners.registry import PLANNERS
+from pathgene.host.stages import stage
 
 
 __all__ = ["Routes"]
@@ -61,6 +62,7 @@ class Routes:
         from pathgene.host.planners.chip.polish import POLISHED_WAYPOINTS
         from pathgene.host.planners.grid.astar import AstarPlanner, fine_searches
 
+        stage("searching with astar")
         with run.phase("astar"):
             found = AstarPlanner().plan(run.evaluator, self._options(), stop=run.stop)
             run.evaluations += found.evaluations

@@ -18,6 +18,7 @@ from pathgene.host.device.transport import Traffic
 from pathgene.host.planners.base import Run
 from pathgene.host.planners.chip.problem_on_chip import ProblemOnChip
 from pathgene.host.planners.grid.repairs import repair
+from pathgene.host.stages import stage
 
 
 __all__ = ["ChipRuns"]
@@ -161,6 +162,7 @@ class ChipRuns:
         from pathgene.host.planners.chip.polish import polished
 
         run = self._run
+        stage("lowering the paths")
         with run.phase("polish"):
             fitted = polished(run.evaluator.problem, paths)
         return run.fitness(fitted, strict=True) if fitted else np.zeros(0)

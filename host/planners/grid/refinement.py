@@ -13,6 +13,7 @@ from pathgene.host.planners.grid.astar import DEFAULT_MAX_WAYPOINTS
 from pathgene.host.planners.grid.fine_grid import covered_cells
 from pathgene.host.planners.grid.grid_search import Prices
 from pathgene.host.planners.grid.polylines import lengthened
+from pathgene.host.stages import stage
 from pathgene.host.terrain import Terrain
 
 
@@ -65,10 +66,11 @@ def refined(run: Run, path: Path, fitness: float) -> list[Path]:
         return []
     terrain, covered = problem.terrain, covered_cells(problem)
     crossed = _crossed(terrain, covered, turns)
-    for _ in range(TRIALS):
+    for trial_number in range(TRIALS):
         if run.stopped_by() not in (None, "generations") or run.out_of_time:
             break
         span = slice(after, len(turns) - before)
+        stage("refining the route", trial_number / TRIALS)
         with run.phase("refinement"):
             for _ in range(_DRAWS):
                 moved = _moved(rng, turns, move_m * float(rng.choice(_SCALES)), span)

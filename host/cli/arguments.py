@@ -11,6 +11,7 @@ from pathgene.host.options.kinds import BOOLEAN
 from pathgene.host.options.option import Option
 from pathgene.host.options.table import NAMED, OWN, options_of
 from pathgene.host.planners import PLANNERS
+from pathgene.host.suggestion import did_you_mean
 
 
 __all__ = [
@@ -63,7 +64,26 @@ class Parser(argparse.ArgumentParser):
         for action in self._actions:
             if isinstance(action, _StoreOnce):
                 action.is_given = False
-        return super().parse_known_args(args, namespace)
+        parsed, rest = super().parse_known_args(args, namespace)
+        # The parser above this one does not know its options.
+        for argument in rest:
+            name = argument.partition("=")[0]
+            nearest = did_you_mean(name, self._option_string_actions) if name[:1] == "-" else ""
+            self.error(f"unrecognized argument {name}{nearest}")
+        return parsed, rest
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Refuse a value that is not among the choices; the base class has no suggestion."""
+        if action.choices is None or value in action.choices:
+            return
+        known = list(map(str, action.choices))
+        is_command = isinstance(action, argparse._SubParsersAction)
+        kind = "command" if is_command else "choice"
+        raise argparse.ArgumentError(
+            None if is_command else action,
+            f"there is no {kind} {value!r}{did_you_mean(str(value), known)}; choose from "
+            f"{', '.join(known)}",
+        )
 
     def error(self, message: str) -> NoReturn:
         """Raise the message of argparse as one sentence."""

@@ -11,6 +11,7 @@ from pathgene.host.cli.output import note_start, print_json, print_pairs
 from pathgene.host.errors import InputError
 from pathgene.host.files.output import output_file, prepare_file
 from pathgene.host.old_words import current_setting, current_top
+from pathgene.host.suggestion import did_you_mean
 
 
 __all__ = ["add", "run"]
@@ -54,7 +55,9 @@ def run(args: argparse.Namespace) -> int:
 
     top = current_top(args.top)
     if top not in TOPS:
-        raise InputError(f"There is no top {top!r}; the tops are {', '.join(TOPS)}.")
+        raise InputError(
+            f"There is no top {top!r}{did_you_mean(top, TOPS)}; the tops are {', '.join(TOPS)}."
+        )
     fields = [field.name for field in dataclasses.fields(Config)]
     settings = [current_setting(*setting) for setting in args.set]
     for key, _ in settings:

@@ -19,6 +19,7 @@ from pathgene.host.planners import PLANNERS, make
 from pathgene.host.planners.base import Options, Planner
 from pathgene.host.problem.problem import Problem
 from pathgene.host.report.summary import version
+from pathgene.host.suggestion import did_you_mean
 
 
 __all__ = [
@@ -132,7 +133,10 @@ def parse_entrants(
 def _parse(label: str, search: Mapping[str, Any], own: Mapping[str, Any]) -> Entrant:
     name, *settings = split_label(label)
     if name not in PLANNERS:
-        raise InputError(f"There is no planner {name!r}; the planners are {', '.join(PLANNERS)}.")
+        raise InputError(
+            f"There is no planner {name!r}{did_you_mean(name, PLANNERS)}; the planners are "
+            f"{', '.join(PLANNERS)}."
+        )
     entry = PLANNERS[name]
     given = {"generations": entry.generations}
     given |= {key: value for key, value in search.items() if value is not None}

@@ -8,6 +8,7 @@ from pathlib import Path
 from pathgene.host.errors import InputError
 from pathgene.host.problem import aircraft
 from pathgene.host.problem.aircraft import Aircraft
+from pathgene.host.suggestion import did_you_mean
 
 
 __all__ = ["MODELS", "FlightModel", "model_for", "model_named"]
@@ -127,7 +128,8 @@ def model_named(name: str) -> FlightModel:
     """
     if name not in MODELS:
         raise InputError(
-            f"There is no flight model {name!r}; choose from {', '.join(MODELS)} (--aircraft)."
+            f"There is no flight model {name!r}{did_you_mean(name, MODELS)}; choose from "
+            f"{', '.join(MODELS)} (--aircraft)."
         )
     return MODELS[name]
 

@@ -24,6 +24,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from pathgene.host.errors import InputError
+from pathgene.host.suggestion import did_you_mean
 
 
 if TYPE_CHECKING:
@@ -212,7 +213,8 @@ def parse_formats(text: str) -> tuple[str, ...]:
     for name in formats:
         if name not in files():
             raise InputError(
-                f"There is no file format {name!r}; give some of {', '.join(files())} (--write)."
+                f"There is no file format {name!r}{did_you_mean(name, files())}; give some of "
+                f"{', '.join(files())} (--write)."
             )
     return formats
 

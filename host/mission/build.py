@@ -31,7 +31,7 @@ from pathgene.host.problem.zones import (
     zone_from_dict,
 )
 from pathgene.host.remarks import Reading, Remark
-from pathgene.host.terrain import Terrain, load
+from pathgene.host.terrain import Terrain, embedded, load
 from pathgene.host.terrain.origin import at_origin
 from pathgene.host.terrain.stated import Stated
 
@@ -174,7 +174,8 @@ def terrain_of(values: Values) -> Terrain:
         If no terrain is given, or it cannot be loaded.
     """
     if values.get("terrain") is None:
-        raise InputError("The terrain is missing; give --terrain or a problem file.")
+        known = ", ".join(embedded.names())
+        raise InputError(f"The terrain is missing; give --terrain ({known} or a file).")
     terrain = load(
         values["terrain"],
         cell=values.get("cell"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import textwrap
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -16,6 +15,7 @@ from pathgene.host.options.option import Option
 from pathgene.host.options.table import TABLES, keys_of
 from pathgene.host.planners import PLANNERS
 from pathgene.host.problem.aircraft import PARAMETERS
+from pathgene.host.suggestion import did_you_mean
 
 
 __all__ = ["markdown", "parse_problem", "problem_text", "read_problem", "save_problem", "template"]
@@ -237,9 +237,8 @@ def _uav(table: dict[str, Any], folder: Path) -> Any:
 
 def _nearest(name: str, known: Mapping[str, Any] | set[str]) -> str:
     """Return the end of a sentence about an unknown name: the closest known name, or all."""
-    near = difflib.get_close_matches(name, known, n=1)
-    if near:
-        return f"; is it {near[0]!r}?"
+    if question := did_you_mean(name, known):
+        return f"{question}."
     return f"; known are {', '.join(sorted(known) if isinstance(known, set) else known)}."
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pathgene.host.errors import InputError
+from pathgene.host.suggestion import did_you_mean
 
 
 if TYPE_CHECKING:
@@ -169,7 +170,10 @@ def make(name: str, **options: Any) -> Planner:
         If there is no such planner.
     """
     if not isinstance(name, str) or name not in PLANNERS:
-        raise InputError(f"There is no planner {name!r}; the planners are {', '.join(PLANNERS)}.")
+        nearest = did_you_mean(name, PLANNERS) if isinstance(name, str) else ""
+        raise InputError(
+            f"There is no planner {name!r}{nearest}; the planners are {', '.join(PLANNERS)}."
+        )
     return PLANNERS[name].constructor(**options)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from pathgene.host.errors import InputError
 from pathgene.host.inputs import exists, require_regular
+from pathgene.host.suggestion import did_you_mean
 from pathgene.host.terrain import arrays, embedded
 from pathgene.host.terrain.grid import Terrain
 from pathgene.host.terrain.reading import complete
@@ -100,8 +101,8 @@ def _load(
     path = Path(source)
     if not exists(path):
         raise InputError(
-            f"There is no terrain {str(source)!r}: neither a file nor one of "
-            f"{', '.join(embedded.names())}."
+            f"There is no terrain {str(source)!r}{did_you_mean(str(source), embedded.names())}: "
+            f"neither a file nor one of {', '.join(embedded.names())}."
         )
     if not path.is_dir():  # Some GDAL formats are folders.
         require_regular(path)

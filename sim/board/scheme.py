@@ -14,6 +14,7 @@ from pathgene.host.device.schemes import (
     OpenPort,
 )
 from pathgene.host.errors import InputError
+from pathgene.host.suggestion import did_you_mean
 from pathgene.sim.board import BoardOptions, SimulatedBoard, open_simulated, parse_board_url
 from pathgene.sim.chip_url import PORT, chip_of
 from pathgene.sim.exported import exported_verilog
@@ -73,7 +74,9 @@ def start_simulated(url: str, **options: Any) -> SimulatedBoard:
     for name, _ in parse_qsl(rest.partition("?")[2], keep_blank_values=True):
         if name not in known:
             raise InputError(
-                f"The simulated board has no option {name!r}; choose from {', '.join(known)}, "
+                f"The simulated board has no option {name!r}"
+                f"{did_you_mean(name, [*known, PORT, *CONFIG_FIELDS])}; choose from "
+                f"{', '.join(known)}, "
                 f"{PORT} and the fields of the configuration, {', '.join(CONFIG_FIELDS)}."
             )
     return open_simulated(

@@ -29,8 +29,14 @@ def refused(capsys, *arguments):
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (["--start", "500,500,100"], "The goal is missing; give --goal or --goal-geo."),
-        (["--goal", "500,500,100"], "The start is missing; give --start or --start-geo."),
+        (
+            ["--start", "500,500,100"],
+            "The goal is missing; give --goal or --goal-geo.",
+        ),
+        (
+            ["--goal", "500,500,100"],
+            "The start is missing; give --start or --start-geo.",
+        ),
         (
             ["--start", "-500,500,900", "--goal", "5500,3500,900"],
             "The start at (-500, 500) is outside the map, which reaches from (0, 0) to "
@@ -112,23 +118,23 @@ def refused(capsys, *arguments):
         ),
         (
             [*ENDS, "--planner", "ga-dp", "--reading", "both"],
-            "Argument --reading: invalid choice: 'both' (choose from ",
+            "Argument --reading: there is no choice 'both'; choose from ",
         ),
         (
             [*ENDS, "--planner", "ga-auv", "--draws", "far"],
-            "Argument --draws: invalid choice: 'far' (choose from ",
+            "Argument --draws: there is no choice 'far'; choose from ",
         ),
         (
             [*ENDS, "--planner", "fpa", "--init", "rrt"],
-            "Argument --init: invalid choice: 'rrt' (choose from ",
+            "Argument --init: there is no choice 'rrt'; choose from ",
         ),
         (
             [*ENDS, "--planner", "fpa", "--engine", "tpu"],
-            "Argument --engine: invalid choice: 'tpu' (choose from ",
+            "Argument --engine: there is no choice 'tpu' (did you mean gpu?); choose from ",
         ),
         (
             [*ENDS, "--planner", "a-star"],
-            "There is no planner 'a-star'; the planners are ga-chip, ",
+            "There is no planner 'a-star' (did you mean astar?); the planners are ga-chip, ",
         ),
         (
             [*ENDS, "--link-mode", "recipe"],
@@ -184,7 +190,7 @@ def refused(capsys, *arguments):
         ),
         (
             [*ENDS, "--board", "model:?speed=9"],
-            "The model takes only fields of the configuration, ",
+            "The model takes only port and fields of the configuration, ",
         ),
     ],
 )
@@ -304,7 +310,8 @@ def test_check_refuses_a_path_without_terrain(tmp_path, capsys):
     file.write_text("x,y,z\n500,500,900\n5500,3500,900\n")
     assert (
         refused(capsys, "check", "--path", file)
-        == "The terrain is missing; give --terrain or a problem file."
+        == "The terrain is missing; give --terrain (jacksboro, canyon, river, large-canyon "
+        "or a file)."
     )
 
 

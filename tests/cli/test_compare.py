@@ -224,7 +224,7 @@ def test_reports_a_failed_planner_and_completes_the_others(hills, tmp_path, caps
 @pytest.mark.parametrize(
     ("planners", "options", "sentence"),
     [
-        ("a-star", [], "There is no planner 'a-star'; the planners are ga-chip, "),
+        ("a-star", [], "There is no planner 'a-star' (did you mean astar?); the "),
         ("ga-pc,ga-pc", [], "ga-pc and ga-pc are the same planner with the same options; "),
         ("ga-pc", ["--runs", "0"], "The number of runs must be from 1 to 100,000, not 0."),
         (

@@ -391,7 +391,7 @@ def test_refuses_bad_paths(level, tmp_path, capsys, rows, sentence):
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (["--mode", "sideways"], "Argument --mode: invalid choice: 'sideways' (choose from "),
+        (["--mode", "sideways"], "Argument --mode: there is no choice 'sideways'; choose from "),
         (["--board", "model:?checker=none"],
          "The board at 'model:?checker=none' has no collision checker; "),
         (["--board", "model:?core=none&checker=none"],

@@ -229,8 +229,12 @@ def test_help_is_quick(pathgene):
     ("arguments", "sentence"),
     [
         ([], "No command is given; pathgene --help lists them."),
-        (["soar"], "Argument COMMAND: invalid choice: 'soar' (choose from "),
-        (["plan"], "The terrain is missing; give --terrain or a problem file."),
+        (["soar"], "There is no command 'soar' (did you mean board?); choose from "),
+        (
+            ["plan"],
+            "The terrain is missing; give --terrain (jacksboro, canyon, river, large-canyon "
+            "or a file).",
+        ),
         (
             ["plan", "--terrain", "x", "--start", "1,2"],
             "Argument --start: must be finite numbers X,Y,Z, not '1,2'; see pathgene plan --help.",
@@ -250,7 +254,7 @@ def test_help_is_quick(pathgene):
         ),
         (
             ["plan", "--terrain", "x", "--gen", "3"],
-            "Unrecognized arguments: --gen; see pathgene --help.",
+            "Unrecognized argument --gen (did you mean --generations?); see pathgene plan --help.",
         ),
         (["board"], "The following arguments are required: COMMAND; see pathgene board --help."),
         (

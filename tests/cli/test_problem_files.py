@@ -191,7 +191,7 @@ def test_via_points_in_degrees_and_metres(file, capsys):
 def test_a_bad_file_is_one_sentence(file, capsys):
     file.write_text(file.read_text().replace("clearance", "clearence"))
     assert refused(capsys, "plan", file) == (
-        f"{file}: there is no key 'clearence' in [rules]; is it 'clearance'?"
+        f"{file}: there is no key 'clearence' in [rules] (did you mean clearance?)."
     )
     assert refused(capsys, "problem", "check", file).startswith(f"{file}: there is no key")
 

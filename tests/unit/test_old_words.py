@@ -57,7 +57,7 @@ def test_names_of_today_cause_no_note():
 
 
 def test_a_value_that_never_was_is_refused():
-    with pytest.raises(InputError, match=r"^The model takes only fields of the configuration, "):
+    with pytest.raises(InputError, match=r"^The model takes only port and fields of the "):
         open_board("model:?genetic=2").close()
 
 

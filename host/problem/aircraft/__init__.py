@@ -10,6 +10,7 @@ from pathgene.host.errors import InputError
 from pathgene.host.inputs import exists, parse_toml, read_text
 from pathgene.host.numeric import is_number
 from pathgene.host.problem.atmosphere import true_m_s
+from pathgene.host.suggestion import did_you_mean
 
 
 __all__ = ["DEFAULT", "Aircraft", "load", "names", "parse"]
@@ -262,7 +263,8 @@ def load(name_or_toml: str | Path) -> Aircraft:
         )
     if not text.endswith(".toml"):
         raise InputError(
-            f"There is no UAV {text!r}; give one of {', '.join(names())}, or a .toml file."
+            f"There is no UAV {text!r}{did_you_mean(text, names())}; give one of "
+            f"{', '.join(names())}, or a .toml file."
         )
     try:
         return parse(read_text(Path(text)), text)

@@ -94,7 +94,11 @@ def test_key_has_exactly_what_runs_depend_on():
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("a-star", f"There is no planner 'a-star'; the planners are {', '.join(PLANNERS)}."),
+        (
+            "a-star",
+            "There is no planner 'a-star' (did you mean astar?); the planners are "
+            f"{', '.join(PLANNERS)}.",
+        ),
         ("ga-pc,", f"There is no planner ''; the planners are {', '.join(PLANNERS)}."),
         ("ga-pc:wings=2", "ga-pc:wings=2: ga-pc has no option 'wings'; it has generations, "),
         ("ga-pc:board=sim:", "ga-pc:board=sim:: ga-pc has no option 'board'; it has generations, "),

@@ -40,9 +40,22 @@ def test_loads_the_mission_of_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("values", "terrain", "sentence"),
     [
-        ({}, None, "The terrain is missing; give --terrain or a problem file."),
-        ({"goal": GOAL}, TERRAIN, "The start is missing; give --start or --start-geo."),
-        ({"start": START}, TERRAIN, "The goal is missing; give --goal or --goal-geo."),
+        (
+            {},
+            None,
+            "The terrain is missing; give --terrain (jacksboro, canyon, river, large-canyon "
+            "or a file).",
+        ),
+        (
+            {"goal": GOAL},
+            TERRAIN,
+            "The start is missing; give --start or --start-geo.",
+        ),
+        (
+            {"start": START},
+            TERRAIN,
+            "The goal is missing; give --goal or --goal-geo.",
+        ),
         (
             {"start": START, "goal": GOAL, "as_paper": True, "start_heading": 90.0},
             TERRAIN,

@@ -219,14 +219,16 @@ polygon = [[2000, 2000], [2100, 2000], [2100, 2100]]
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("[terrian]", "there is no table [terrian]; is it 'terrain'?"),
+        ("[terrian]", "there is no table [terrian] (did you mean terrain?)."),
         ("[weather]", f"there is no table [weather]; known are {', '.join(TABLES)}."),
         ("terrain = 3", "terrain must be a table, [terrain]."),
-        ("[mission]\nsart = 3", "there is no key 'sart' in [mission]; is it 'start'?"),
-        ("[rules]\nclearence = 3", "there is no key 'clearence' in [rules]; is it 'clearance'?"),
+        ("[mission]\nsart = 3", "there is no key 'sart' in [mission] (did you mean start?)."),
+        ("[rules]\nclearence = 3", "there is no key 'clearence' in [rules] "
+         "(did you mean clearance?)."),
         ("[planner]\nmax-waypoints = 3",
-         "there is no key 'max-waypoints' in [planner]; is it 'max_waypoints'?"),
-        ("[aircraft]\nweight = 3", "there is no key 'weight' in [aircraft]; is it 'weight_N'?"),
+         "there is no key 'max-waypoints' in [planner] (did you mean max_waypoints?)."),
+        ("[aircraft]\nweight = 3", "there is no key 'weight' in [aircraft] "
+         "(did you mean weight_N?)."),
         ("[[zones]]\nradius = 3", "there is no key 'radius' in [zones]; known are "
          f"{', '.join(keys_of('zones'))}."),
         ("[mission]\nstart = [1, 2]",

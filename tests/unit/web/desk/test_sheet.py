@@ -160,7 +160,7 @@ def test_a_problem_of_this_machine_brings_its_files(terrains, tmp_path):
         ("[[zones]]\nfile = '/etc/passwd'", "The problem names a file of zones, '/etc/passwd'; "),
         ("[aircraft]\nfile = 'x.toml'", "The problem names a file of an aircraft, 'x.toml'; "),
         ("[terrain]\nsource = '/etc/passwd'", "The terrain 'passwd' is not on this desk; "),
-        ("[mission]\nvai = 3", "there is no key 'vai' in [mission]; is it 'via'?"),
+        ("[mission]\nvai = 3", "there is no key 'vai' in [mission] (did you mean via?)."),
         ("[mission", "not valid TOML: "),
         ("[[zones]]\npolygon = [[0, 0], [1, 1]]", "No-fly polygon: a ring must have "),
     ],

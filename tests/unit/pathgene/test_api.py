@@ -65,7 +65,7 @@ def test_planning_draws_nothing():
 
 
 def test_every_name_exists_and_is_documented():
-    assert set(pathgene.__all__) <= set(dir(pathgene))
+    assert set(pathgene.__all__) == {name for name in dir(pathgene) if not name.startswith("_")}
     for name in pathgene.__all__:
         assert getattr(pathgene, name).__doc__, name
     with pytest.raises(AttributeError, match=r"^module 'pathgene' has no attribute 'plane'$"):

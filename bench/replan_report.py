@@ -103,7 +103,11 @@ def _answers(flights: Flights, yardstick: Flights) -> Report:
             str(sum(yardstick.get(number, {}).get("alive", False) for number in lost)),
             [number for number in lost if yardstick.get(number, {}).get("alive")],
         ),
-        ("minimum share of the required clearance kept", f"{min(shares):.2f}" if shares else "-", ()),
+        (
+            "minimum share of the required clearance kept",
+            f"{min(shares):.2f}" if shares else "-",
+            (),
+        ),
         _within("new paths by chip and line", prompt, _chip_ms, _PROMPT_MS, "ms"),
         *(
             _within("paths in all, where there is one at once", at_once, _active_ms, most, "ms")

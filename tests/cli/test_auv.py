@@ -111,7 +111,7 @@ def test_options_reach_the_problem(tmp_path, capsys):
             ["--added-points", "51"],
             "The crossover points added per generation must be from 1 to 50, not 51.",
         ),
-        (["--planner", "ga-pc"], "Argument --planner: there is no choice 'ga-pc'; choose from "),
+        (["--planner", "ga-pc"], "Argument --planner: there is no choice 'ga-pc' (did you mean "),
     ],
 )
 def test_refuses_bad_options(tmp_path, capsys, options, sentence):

@@ -121,7 +121,8 @@ def test_check_reports_plain_numbers():
         (
             "a-star",
             {},
-            f"There is no planner 'a-star'; the planners are {', '.join(PLANNERS)}.",
+            "There is no planner 'a-star' (did you mean astar?); the planners are "
+            f"{', '.join(PLANNERS)}.",
         ),
         (7, {}, f"There is no planner 7; the planners are {', '.join(PLANNERS)}."),
         ("ga-pc", {"generations": 0}, "The number of generations must be 1 or more, not 0."),

@@ -212,6 +212,8 @@ def test_an_infeasible_leg_is_kept_and_the_others_planned(terrain):
 class FailsFrom:
     """A search whose runs fail, starting with a given leg."""
 
+    board = None
+
     def __init__(self, first):
         self.real, self.left = search(5), first
 

@@ -219,7 +219,9 @@ def test_it_ends_at_once():
 
 def test_what_cannot_be_served():
     url = "model:?x=1"
-    with pytest.raises(InputError, match=r"^The model takes only fields of the configuration"):
+    with pytest.raises(
+        InputError, match=r"^The model takes only port and fields of the configuration"
+    ):
         board_scheme(url).serve(url, listen="127.0.0.1:0", pty=False)
     with socket.create_server(("127.0.0.1", 0)) as taken:
         listen = f"127.0.0.1:{taken.getsockname()[1]}"

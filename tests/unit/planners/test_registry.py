@@ -35,7 +35,8 @@ def test_unknown_planner():
     with pytest.raises(InputError) as caught:
         make("a-star")
     assert str(caught.value) == (
-        f"There is no planner 'a-star'; the planners are {', '.join(PLANNERS)}."
+        "There is no planner 'a-star' (did you mean astar?); the planners are "
+        f"{', '.join(PLANNERS)}."
     )
 
 

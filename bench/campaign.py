@@ -65,7 +65,7 @@ def measure(
     processes : int, optional
         Tasks at a time; one per core by default.
     """
-    started = time.monotonic()
+    started, owner = time.monotonic(), os.getpid()
     results: dict[int, Measured] = {}
     left = Counter(map(name, tasks))
     groups = len(left)
@@ -98,6 +98,9 @@ def measure(
                         flush=True,
                     )
         except BaseException:
+            if os.getpid() != owner:
+                # A worker that was interrupted before its start, and is still a copy of its parent.
+                os._exit(1)
             pool.shutdown(wait=False, cancel_futures=True)
             _end(set(active_children()) - before)
             raise

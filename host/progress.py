@@ -59,6 +59,11 @@ class Bar:
         self._stage: str | None = None
         self._stage_s = 0.0
 
+    @property
+    def shows_time_left(self) -> bool:
+        """True at a terminal, where the line has the time left."""
+        return self._terminal
+
     def show(self, done: int, text: str) -> None:
         """Show ``text`` next to the bar, or delay it if the previous one is recent."""
         now = self._clock()
@@ -86,6 +91,8 @@ class Bar:
             self._began_s = now
         if now - (self._began_s if self._shown_s is None else self._shown_s) >= _LOG_PERIOD_S:
             self._stage = name
+            if self._pending is not None:
+                self._write(self._pending, now)
             self._write(name if share is None else f"{name} {100 * share:.0f} %", now)
 
     def close(self) -> None:
@@ -116,8 +123,8 @@ class Bar:
         # Loaded only at a terminal.
         from tqdm.std import tqdm
 
-        is_new = self._line is None or stage != self._stage or total != self._line.total
-        if is_new:
+        line = self._line
+        if line is None or stage != self._stage or total != line.total or done < line.initial:
             self._end_line(now)
             # Without a thread that watches for bars that are not updated.
             tqdm.monitor_interval = 0
@@ -137,8 +144,6 @@ class Bar:
             return
         if self._shown_s is not None and now - self._shown_s < _BAR_PERIOD_S:
             return
-        line = self._line
-        assert line is not None
         line.n = done
         line.set_description_str(text, refresh=False)
         line.refresh()

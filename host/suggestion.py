@@ -12,7 +12,7 @@ __all__ = ["did_you_mean"]
 _VERY_SIMILAR = 0.8
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
+def did_you_mean(name: object, known: Iterable[str]) -> str:
     """Return a question in brackets, to insert after a wrong name, or an empty text.
 
     A very similar name comes first, then one that begins with the wrong name, then a similar one.
@@ -23,7 +23,7 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
         The names that would be right.
     """
     names = {_key(each): each for each in reversed(list(known))}
-    word = _key(name)
+    word = _key(str(name))
     near = (
         difflib.get_close_matches(word, names, n=1, cutoff=_VERY_SIMILAR)
         or [each for each in reversed(names) if len(word) > 2 and each.startswith(word)]

@@ -56,8 +56,11 @@ class _Notes(logging.Handler):
     """Prints the messages of a log as notes."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Print a message."""
-        print_line(record.getMessage())
+        """Print a message; one that cannot be made is reported as by any handler."""
+        try:
+            print_line(record.getMessage())
+        except Exception:
+            self.handleError(record)
 
 
 def _run(arguments: list[str], debug: bool) -> int:

@@ -59,7 +59,8 @@ class RunProgress:
             self._best = f"  best {self._best_fitness:.4f} by {outcome.task.entrant.label}"
         left = self._total - self._kept - self._done
         seconds = (self._clock() - self._started_s) / self._done * left
-        self._show(f"  {_duration(seconds)} left" if left else "")
+        says_left = left > 0 and not self._bar.shows_time_left
+        self._show(f"  {_duration(seconds)} left" if says_left else "")
 
     def close(self) -> None:
         """End the line."""

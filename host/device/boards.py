@@ -123,7 +123,8 @@ def kept_open() -> Iterator[None]:
     """Keep each board that :func:`entered` opens by its URL open until the end of the block.
 
     The next user gets the same open board, to which only changes of the map are sent. A board whose
-    use ends with an error is closed.
+    use ends with an error, or without an open session, is closed: its user may have noted the loss
+    of the board without raising it.
     """
     boards: dict[str, Chip] = {}
     before = _KEPT.set(boards)
@@ -137,7 +138,7 @@ def kept_open() -> Iterator[None]:
 
 @contextmanager
 def _taken(url: str, boards: dict[str, Chip]) -> Iterator[Chip]:
-    """Yield the board at ``url``, which stays among ``boards`` unless an error occurs."""
+    """Yield the board at ``url``, which stays among ``boards`` unless it is lost."""
     chip = boards.pop(url, None)
     if chip is None or chip.closed:
         chip = open_board(url)
@@ -146,7 +147,10 @@ def _taken(url: str, boards: dict[str, Chip]) -> Iterator[Chip]:
     except BaseException:
         chip.close()
         raise
-    boards[url] = chip
+    if chip.link.session is None:
+        chip.close()
+    else:
+        boards[url] = chip
 
 
 def known_config(url: str) -> Config | None:

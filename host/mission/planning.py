@@ -86,8 +86,8 @@ def plan_mission(
         legs = _plan_legs(mission, search, progress, stop, evaluator)
         whole = evaluator(mission.whole)
         evaluation = whole.evaluate(_joined(legs))
-        are_feasible = all(leg.feasible for leg in legs)
-        if not evaluation.feasible and are_feasible and not mission.whole.as_paper:
+        are_done = all(leg.feasible and leg.failure is None for leg in legs)
+        if not evaluation.feasible and are_done and not mission.whole.as_paper:
             legs, evaluation = _rejoined(mission, search, stop, evaluator, whole, legs, evaluation)
     plans = [leg.plan for leg in legs if leg.plan is not None]
     first = plans[0]

@@ -170,9 +170,9 @@ def make(name: str, **options: Any) -> Planner:
         If there is no such planner.
     """
     if not isinstance(name, str) or name not in PLANNERS:
-        nearest = did_you_mean(name, PLANNERS) if isinstance(name, str) else ""
         raise InputError(
-            f"There is no planner {name!r}{nearest}; the planners are {', '.join(PLANNERS)}."
+            f"There is no planner {name!r}{did_you_mean(name, PLANNERS)}; the planners are "
+            f"{', '.join(PLANNERS)}."
         )
     return PLANNERS[name].constructor(**options)
 

@@ -151,3 +151,28 @@ def test_a_note_has_a_line_of_its_own(monkeypatch):
     before, note, after = frames(stream.getvalue())
     assert note == "pathgene: building the chip"
     assert before == after == "opening the board, 00:00"
+
+
+def test_a_stage_in_a_log_follows_the_text_before_it():
+    stream, clock = io.StringIO(), Clock()
+    progress = Progress(stream, 100, clock)
+    for clock.now_s, generation in ((0, 1), (3, 100)):
+        progress.update(generation, 1.5, 0.25)
+    clock.now_s = 6
+    progress.stage("refining the route")
+    progress.close()
+    assert [line.partition("  ")[0] for line in stream.getvalue().splitlines()] == [
+        "generation 1/100",
+        "generation 100/100",
+        "refining the route",
+    ]
+
+
+def test_time_left_is_not_negative_if_a_count_begins_again():
+    stream, clock = Terminal(), Clock()
+    bar = Bar(stream, 100, clock)
+    for clock.now_s, done in ((0, 80), (1, 5), (2, 6)):
+        bar.show(done, "run")
+    bar.close()
+    assert len(frames(stream.getvalue())) == 4
+    assert ", -" not in stream.getvalue()

@@ -10,6 +10,7 @@ def test_names_the_nearest():
     assert did_you_mean("astarr", ["ga-pc", "astar"]) == " (did you mean astar?)"
     assert did_you_mean("JACKSBORO", ["canyon", "Jacksboro"]) == " (did you mean Jacksboro?)"
     assert did_you_mean("--gen", ["--end", "--generations"]) == " (did you mean --generations?)"
+    assert did_you_mean(5, ["ga-pc", "astar"]) == ""
     assert did_you_mean("nothing", ["ga-pc", "astar"]) == ""
 
 

@@ -34,6 +34,9 @@ __all__ = ["ProblemOnChip", "Waits", "pause_s"]
 
 #: Maximum seconds between two polls of a run, and minimum number of polls in a run.
 _LOOK_S, _LOOKS = 0.001, 100
+#: Maximum seconds between two polls after the limit of a run: an interrupt waits for the next poll,
+#: and a simulated board runs slowly after a time without bytes.
+_LATE_LOOK_S = 0.05
 #: Minimum seconds between two progress reports of a run.
 _REPORT_S = 0.01
 #: Options of a run that only scans the map's blocks.
@@ -46,7 +49,7 @@ def pause_s(limit_s: float, passed_s: float, look_s: float) -> float:
     """Return the seconds until the next poll of a run in progress.
 
     A poll shortly before the limit of the run would delay the poll that finds the run finished.
-    After the limit, which only a simulated board passes by much, pauses grow with the time.
+    After the limit, which only a simulated board passes by much, pauses grow to 50 ms.
 
     Parameters
     ----------
@@ -60,7 +63,7 @@ def pause_s(limit_s: float, passed_s: float, look_s: float) -> float:
     usual_s = min(_LOOK_S, limit_s / _LOOKS)
     left_s = limit_s - passed_s
     if left_s <= 0:
-        return max(usual_s, passed_s / _LOOKS)
+        return max(usual_s, min(passed_s / _LOOKS, _LATE_LOOK_S))
     return left_s if left_s < usual_s + look_s else usual_s
 
 

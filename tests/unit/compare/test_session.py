@@ -168,3 +168,13 @@ def test_progress_has_runs_and_remaining_time(entrants):
         "run 7/9  best 1.2500 by ga-fpga  1 failed  0:00:20 left",
         "run 8/9  best 1.2500 by ga-fpga  1 failed  0:00:27 left",
     ]
+
+
+def test_a_terminal_has_one_time_left(entrants, monkeypatch):
+    stream = io.StringIO()
+    monkeypatch.setattr(stream, "isatty", lambda: True)
+    progress = RunProgress(stream, 9, 5)
+    progress.begin()
+    progress.update(Outcome(Task(entrants[0], 0), record={"fitness": 1.25}))
+    progress.close()
+    assert {line.count(" left") for line in stream.getvalue().split("\r")} == {0, 1}

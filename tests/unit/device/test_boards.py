@@ -422,6 +422,16 @@ def test_boards_that_are_kept_open_are_used_again():
     assert alone.closed
 
 
+def test_a_board_without_a_session_is_opened_again():
+    """Its user may have noted the loss of the board without raising it."""
+    with kept_open():
+        with entered("model:") as first:
+            first.link.session = None
+        assert first.closed
+        with entered("model:") as second:
+            assert second is not first
+
+
 def test_a_board_whose_use_failed_is_opened_again():
     with kept_open():
         with pytest.raises(JobError), entered("model:") as first:

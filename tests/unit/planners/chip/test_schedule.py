@@ -4,6 +4,7 @@ import pytest
 
 from pathgene.hdl.config import Config
 from pathgene.hdl.protocol.runs import RunOptions
+from pathgene.host.planners.chip.problem_on_chip import pause_s
 from pathgene.host.planners.chip.schedule import BAUD, MOST_RUNS, ChipSchedule, Look, chip_time
 
 
@@ -104,3 +105,9 @@ def test_a_plan_takes_drawing_runs_looks_and_bytes():
     assert first.exchanges == 2
     small = chip_time({**hardware, "drawing_cycles": 19_000}, 1)
     assert small.whole_s == pytest.approx(each)
+
+
+def test_pauses_after_the_limit_of_a_run_are_bounded():
+    """An interrupt waits for the next poll, and has a second before it ends the plan by force."""
+    pauses = [pause_s(0.02, passed_s, 0.001) for passed_s in (0.019, 0.021, 1.0, 4.0, 1e4)]
+    assert pauses == pytest.approx([0.001, 0.0002, 0.01, 0.04, 0.05], rel=0.1)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from itertools import filterfalse
 from statistics import mean
 from typing import Any
 
@@ -73,7 +74,7 @@ def run(options: BenchOptions) -> Report:
         ],
     )
     report.rows.append(("all", *row(outcomes)))
-    report.data = {"outcomes": found}
+    report.data = {"exceptions": {name: list(filterfalse(_usual, found[name])) for name in found}}
     return report
 
 
@@ -94,6 +95,12 @@ def row(outcomes: Sequence[Outcome]) -> tuple[object, ...]:
         max(seconds),
         mean(each["cpu_seconds"] for each in chip),
     )
+
+
+def _usual(outcome: Outcome) -> bool:
+    """Return whether ``astar`` and the chip alone have solved a problem."""
+    astar, chip = (outcome[planner] for planner in PLANNERS)
+    return bool(astar["feasible"] and chip["alone"])
 
 
 def _compile() -> None:
